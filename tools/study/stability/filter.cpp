@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Known failures of the study "stability" that are of Desbrun's linear filter.
+// Part of the study "stability": known failures of Desbrun's linear filter.
 #include <cmath>
 #include <map>
 
@@ -25,7 +25,7 @@ SolverSpec filtered(Corrector corrector, int refine) {
   return solver;
 }
 
-/// A sheet of 0.2 kg thrown and turning about all axes, without weight, its springs a tenth too long.
+/// A free sheet of 0.2 kg that rotates about all axes without gravity; its springs start a tenth longer than at rest.
 Scene tumbling(double stiffness, const SolverSpec& solver) {
   Scene scene = hanging_sheet(9, 1, 0.2, 1 / stiffness);
   scene.gravity = {0, 0, 0}, scene.solver = solver;
@@ -34,7 +34,7 @@ Scene tumbling(double stiffness, const SolverSpec& solver) {
   return scene;
 }
 
-/// The change of angular momentum over itself in 10 steps.
+/// The relative change of angular momentum in 10 steps.
 double relative_momentum_change(const Scene& scene, const Cells& cells) {
   Simulation simulation(scene, {.threads = 1});
   const auto before = simulation.measure().angular_momentum;
@@ -49,7 +49,7 @@ std::vector<double> stiffnesses(bool quick) {
                : std::vector<double>{1e-3, 1e-2, 0.1, 1, 10, 100, 1e3, 1e4, 1e5, 1e6};
 }
 
-/// A straight chain of 1 m held at one end, let go horizontally: how deep its end is after 0.25 s.
+/// A straight chain of 1 m, pinned at one end and released from the horizontal.
 Scene falling_chain(double stiffness, const SolverSpec& solver) {
   Scene scene = pinned_chain({1, 0, 0}, 10, 0.1, 1 / stiffness);
   scene.solver = solver, scene.solver.dt = kFrame;
@@ -58,14 +58,14 @@ Scene falling_chain(double stiffness, const SolverSpec& solver) {
 
 constexpr int kFallFrames = 15;  // frames
 
-/// RMS distance of its end state from the true one, m.
+/// RMS distance of the final state from the true one, m.
 double final_distance(const Scene& scene, const Vector& truth, const Cells& cells) {
   Simulation simulation(scene, {.threads = 1});
   for (int step = 0; step < kFallFrames; ++step) simulation.step(), cells.check_interrupt();
   return rms_distance(flat(simulation.positions()), truth);
 }
 
-/// A sheet hanging at rest, by the same filter: its largest strain after 3 s.
+/// The largest strain after 3 s of a sheet that hangs at rest.
 double strain_at_rest(int n, bool internal_only, double h, const Cells& cells) {
   Scene scene = hanging_sheet(n, 1, 0.2, 1e-4);
   scene.bodies[0].transform.axis = {1, 0, 0}, scene.bodies[0].transform.degrees = 90;
@@ -78,7 +78,7 @@ double strain_at_rest(int n, bool internal_only, double h, const Cells& cells) {
 
 Section turning(Cells& cells, Json& rows) {
   LineChart lines{"turning",
-                  "Parts that turn: a chain falls about its pin for 0.25 s, steps of 1/60 s",
+                  "Rotating parts: a chain falls about its pin for 0.25 s, steps of 1/60 s",
                   "k h^2 / m",
                   "RMS distance from the true springs (m)",
                   {}};
@@ -114,13 +114,12 @@ Section turning(Cells& cells, Json& rows) {
   Section section = lines_section(lines, rows);
   for (const Line& line : lines.lines) {
     const auto& [x, y] = line.points.back();
-    section.sentences.push_back(line.title + formatted(": %.2g m off at k h^2 / m = %.2g.", y, x));
+    section.sentences.push_back(line.title + formatted(": error %.2g m at k h^2 / m = %.2g.", y, x));
   }
   section.sentences.push_back(
-      "A corrector of the whole body's momentum does not see parts that turn against each other, nor pinned bodies. "
-      "What guards: \"refinement_iterations\" where k h^2 / m is small, substeps, or XPBD; run and plan warn where the "
-      "filter damps "
-      "what swings about its pins by more than a fifth of the critical.");
+      "The corrector of a body's total momentum does not act on parts that rotate against each other, nor on pinned "
+      "bodies. Remedies: \"refinement_iterations\" if k h^2 / m is small, substeps, or XPBD; run and plan warn if the "
+      "filter damps oscillations about the pins by more than a fifth of critical damping.");
   return section;
 }
 
@@ -128,9 +127,9 @@ Section turning(Cells& cells, Json& rows) {
 
 Section torque_failure(Cells& cells, Json& rows) {
   LineChart lines{"torque",
-                  "Torque of the linear filter: a free turning sheet, 10 steps of 1/60 s",
+                  "Torque of the linear filter: a free rotating sheet, 10 steps of 1/60 s",
                   "k h^2 / m",
-                  "change of angular momentum over itself",
+                  "relative change of angular momentum",
                   {}};
   const double mass = 0.2 / 81;
   struct CorrectorCase {
@@ -155,20 +154,21 @@ Section torque_failure(Cells& cells, Json& rows) {
                                 (std::isfinite(line.at(x)) ? formatted(": %.2g", line.at(x)) : ": not finite") +
                                 formatted(" at k h^2 / m = %.2g.", x));
   section.sentences.push_back(
-      "What guards: the default corrector, which uses the inertia of the body; run and plan warn where another one is "
-      "asked for and half would be lost in 10 steps, or refined too little.");
+      "Remedy: the default corrector, which uses the body's inertia; run and plan warn if the scene has another one "
+      "and "
+      "too few refinements, so that half of the angular momentum would be lost in 10 steps.");
   return section;
 }
 
 Section turning_failure(Cells& cells, Json& rows) {
   Section section;
-  cells.measure_together([&] { section = turning(cells, rows); });  // distances need the truth
+  cells.measure_together([&] { section = turning(cells, rows); });  // errors need the reference solution
   return section;
 }
 
 Section weight_failure(Cells& cells, Json& rows) {
   LineChart lines{"weight",
-                  "Weight that goes round the filter: a sheet of 1 m hanging at rest by a row",
+                  "Gravity that is not filtered: a sheet of 1 m hanging at rest by a row",
                   "g h^2 / l",
                   "largest strain after 3 s",
                   {}};
@@ -188,10 +188,10 @@ Section weight_failure(Cells& cells, Json& rows) {
   if (cells.is_partial()) return {};
   Section section = lines_section(lines, rows);
   const double x = lines.lines[0].points.back().first;
-  section.sentences = {formatted("At g h^2 / l = %.2g the largest strain is %.2g with gravity round the filter and "
-                                 "%.2g with all forces filtered.",
+  section.sentences = {formatted("At g h^2 / l = %.2g the largest strain is %.2g if gravity is not filtered and "
+                                 "%.2g if all forces are.",
                                  x, lines.lines[0].at(x), lines.lines[1].at(x)),
-                       "What guards: all forces are filtered by default; run and plan warn where "
+                       "Remedy: all forces are filtered by default; run and plan warn if "
                        "\"filter_external_forces\": false would "
                        "stretch springs by more than 40 %."};
   return section;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Of the study "stability": by how much substeps multiply small motions about rest, by the order of the sweep and of
-// all kinds, and what a free body keeps over a minute.
+// Part of the study "stability": growth of small motions about rest, by the order of the sweep and by the kind of
+// constraint, and conservation of a free body's energy and momenta over a minute.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -22,14 +22,14 @@ namespace {
 
 using bench::formatted;
 
-constexpr double kLeastGrowth = 0.1;  // 1/s: what grows less or fades is drawn here
+constexpr double kLeastGrowth = 0.1;  // 1/s; smaller and negative growth is drawn here
 
 ConstraintSpec of_kind(const std::string& type, std::optional<double> rigidity = {}, double stiffness = 1) {
   ConstraintSpec spec;
   spec.type = type, spec.rigidity = rigidity, spec.stiffness = stiffness;
   if (type == "distance") spec.elements = {"edges"};
   if (type == "membrane" || type == "neo_hookean") spec.young_modulus = 1000, spec.parameter = 0.3;
-  if (type == "plate") spec.parameter = 0;  // of Poisson
+  if (type == "plate") spec.parameter = 0;  // Poisson's ratio
   return spec;
 }
 
@@ -42,7 +42,7 @@ Scene body_in_vacuum(const Shape& shape, const std::vector<ConstraintSpec>& kind
   return scene;
 }
 
-/// 1/s; NaN where the body comes to no rest.
+/// Growth rate of small motions about rest, 1/s; NaN if the body does not come to rest.
 double growth_of(const Scene& scene, const Cells& cells) {
   constexpr int steps = 180;
   const auto found = measure_amplification(scene, 0, steps);
@@ -50,7 +50,7 @@ double growth_of(const Scene& scene, const Cells& cells) {
   return found ? found->growth : NAN;
 }
 
-/// The same points, row by row or as they are, which is shuffled.
+/// An irregular sheet whose points are numbered row by row, or shuffled.
 Shape irregular(bool by_rows) {
   Mesh mesh = bench::irregular_sheet(17, 1);
   if (by_rows) {
@@ -117,9 +117,8 @@ Section growth_by_order(Cells& cells, Json& rows) {
   if (cells.is_partial()) return {};
   Section section = lines_section(lines, rows);
   section.sentences.push_back(
-      "Hard constraints on the lengths of its edges. Of the plain orders it is the spectral radius by the eigenvalues "
-      "of "
-      "the whole linearised sweep; of malha it is measured as malha plan does.");
+      "Hard constraints on the lengths of the edges. For the plain orders the growth is the spectral radius from the "
+      "eigenvalues of the whole linearised sweep; for malha it is measured as by malha plan.");
   for (const Line& line : lines.lines) {
     const auto& [n, growth] = line.points.front();
     section.sentences.push_back(
@@ -189,10 +188,9 @@ Section growth_by_kind(Cells& cells, Json& rows) {
     section.table.rows.push_back(row);
   }
   if (cells.is_partial()) return {};
-  section.sentences = {
-      "Bodies of 1 m in vacuum, which nothing damps, by malha in double, as malha plan measures them over 3 s.",
-      formatted("The largest growth of all is %.2g a second: ", most) +
-          (most < 0.5 ? "none adds energy." : "some add energy.")};
+  section.sentences = {"Undamped bodies of 1 m in vacuum, by malha in double, as malha plan measures them over 3 s.",
+                       formatted("The largest growth of all is %.2g a second: ", most) +
+                           (most < 0.5 ? "none adds energy." : "some add energy.")};
   return section;
 }
 
@@ -264,8 +262,8 @@ Section minute_in_vacuum(Cells& cells, Json& rows) {
       listed(lines.lines, [&](const Line& line) { return line.title + formatted(" %.2g", line.at(times.back())); }) +
       ".");
   section.sentences.push_back(
-      "One way: a plain sweep in double by colours, along the gradients where each constraint is. malha goes there and "
-      "back, along the gradients where the substep began.");
+      "One way: a plain sweep in double by colours, along current gradients. malha's sweeps are symmetric (there and "
+      "back), along the gradients at the start of the substep.");
   return section;
 }
 

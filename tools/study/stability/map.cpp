@@ -16,7 +16,7 @@ using bench::formatted;
 
 constexpr std::array<const char*, 3> kVerdicts{"stable", "bounded but wrong", "diverged"};
 
-/// Where a value lies on an axis: 0 at its first value, 1 at the next, and so on beyond its ends.
+/// Position of a value on an axis: 0 at its first value, 1 at the next; extrapolated beyond its ends.
 double axis_position(const Axis& axis, double value) {
   const std::vector<double>& v = axis.values;
   const bool rises = v.back() >= v.front();
@@ -25,12 +25,12 @@ double axis_position(const Axis& axis, double value) {
   return v.size() < 2 ? 0 : double(k - 1) + std::log(value / v[k - 1]) / std::log(v[k] / v[k - 1]);
 }
 
-/// The height at which a place on the axis is drawn: the smallest value is the lowest.
+/// The height at which a position on the axis is drawn: the smallest value is the lowest.
 double height(const Axis& axis, double axis_position) {
   return axis.values.back() < axis.values.front() ? double(axis.values.size() - 1) - axis_position : axis_position;
 }
 
-/// What is drawn where: panels stand in a grid of places, each of them as large as the largest.
+/// Layout and data of a map's chart: panels in a grid whose cells are as large as the largest panel.
 class MapDrawing {
  public:
   MapDrawing(const std::vector<Panel>& panels, int across) : across_(across) {
@@ -39,8 +39,8 @@ class MapDrawing {
       high_ = std::max(high_, double(panel.y.values.size()));
     }
     rows_ = (static_cast<int>(panels.size()) + across - 1) / across;
-    line_ = rows_ * high_ / (30 - 4.2 * rows_), high_ += 4.2 * line_;     // 30 lines of text from top to bottom
-    gap_ = across * wide_ * 0.055 / (1 - 0.055 * across), wide_ += gap_;  // 18 such gaps from side to side
+    line_ = rows_ * high_ / (30 - 4.2 * rows_), high_ += 4.2 * line_;     // the chart is 30 lines of text high
+    gap_ = across * wide_ * 0.055 / (1 - 0.055 * across), wide_ += gap_;  // and 18 gaps wide
     for (std::size_t k = 0; k < panels.size(); ++k)
       add(panels[k], double(k % across) * wide_, rows_ - 1 - int(k) / across,
           k % across == 0 || panels[k - 1].y.name != panels[k].y.name);
@@ -107,7 +107,7 @@ class MapDrawing {
     }
   }
 
-  /// The part of a line that lies in its panel, half a cell beyond its first and last point.
+  /// The part of a line that lies in its panel, extended by half a cell beyond its first and last point.
   static std::string inside(const Panel& panel, const TheoryLine& line, double left, double low) {
     std::string data;
     constexpr int parts = 40;
@@ -127,7 +127,7 @@ class MapDrawing {
   }
 
   int across_, rows_ = 0;
-  double wide_ = 0, high_ = 0, line_ = 0, gap_ = 0;  // of a panel with what is around it; in cells
+  double wide_ = 0, high_ = 0, line_ = 0, gap_ = 0;  // of a panel with its labels; in cells
   std::string labels_, edges_, warned_;
   std::array<std::string, 3> cells_;
   std::vector<std::pair<std::string, std::string>> theory_;
@@ -189,8 +189,8 @@ std::string warned_sentence(const std::vector<Panel>& panels) {
       for (std::size_t k = 0; panel.is_malha && k < column["verdicts"].size(); ++k)
         ++count[column["verdicts"][k] != int(Verdict::Stable)][column["warned"][k].get<bool>()];
   return formatted(
-      "malha run warns (dots) of %d of the %d settings that fail by malha's methods, and of %d of the %d that hold, "
-      "which lie near the boundary or beyond that of another chart (the filter's damping, rounding).",
+      "malha run warns (dots) of %d of the %d settings that fail with malha's methods, and of %d of the %d that are "
+      "stable, which lie near the boundary or beyond that of another chart (the filter's damping, rounding).",
       count[1][1], count[1][0] + count[1][1], count[0][1], count[0][0] + count[0][1]);
 }
 

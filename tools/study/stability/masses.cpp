@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Maps of the study "stability" over what hangs on too few projections: heavy weights, and many particles.
+// Maps of the study "stability" that need many projections: heavy weights, and bodies of many particles.
 #include <cmath>
 
 #include "tools/bench/output.h"
@@ -15,7 +15,7 @@ constexpr int kFrames = 120;
 constexpr int kLinks = 20;
 constexpr double kLength = 1, kLight = 0.01;  // m, kg
 
-/// A chain, horizontal at the start, held at one end, whose last particle weighs `ratio` times as much as the others.
+/// A chain, horizontal at the start and pinned at one end, whose last particle is `ratio` times as heavy as the others.
 Model weighted_chain(double ratio, const SolverSpec& solver, double compliance) {
   Scene scene = pinned_chain({kLength, 0, 0}, kLinks, kLight * (kLinks + 1), compliance);
   scene.solver = solver, scene.solver.dt = kFrame, scene.solver.levels = 0;
@@ -27,9 +27,9 @@ Model weighted_chain(double ratio, const SolverSpec& solver, double compliance) 
   return model;
 }
 
-/// A link between particles of mass m that bears `load` times their weight is left 2 load g h^2 too long by one sweep
-/// a substep: each end moves by half of what it is too long by, and that must undo load g h^2. The substeps that give
-/// this strain.
+/// The number of substeps with which one sweep per substep leaves this strain. A link between particles of mass m that
+/// bears `load` times their weight stays 2 load g h^2 too long: each end moves by half of the excess length, which must
+/// compensate load g h^2.
 double substeps_for(double load, double length, double strain) {
   return kFrame * std::sqrt(2 * load * kGravity / (length * strain));
 }
@@ -45,7 +45,7 @@ std::string boundary_sentence(const Panel& panel) {
                                          : formatted("more than %g", panel.y.values[0]);
     if (column.contains("stable_from")) line += formatted(" (and at most %g)", column["stable_from"].get<double>());
   }
-  return panel.title + ": the fewest " + panel.y.name + " that hold, by " + panel.x.name + ": " + line + ".";
+  return panel.title + ": the fewest " + panel.y.name + " that are stable, by " + panel.x.name + ": " + line + ".";
 }
 
 Outcome chain_outcome(double ratio, const SolverSpec& solver, double compliance, const Cells& cells) {
@@ -56,7 +56,8 @@ Outcome chain_outcome(double ratio, const SolverSpec& solver, double compliance,
 Outcome sheet_outcome(int n, const SolverSpec& solver, bool corners, double compliance, const Cells& cells) {
   constexpr double side = 2, mass = 1;
   Scene scene = (corners ? corner_pinned_sheet : hanging_sheet)(n, side, mass, compliance);
-  scene.solver = solver, scene.solver.dt = kFrame, scene.solver.levels = 0;  // of sweeps over the particles
+  scene.solver = solver, scene.solver.dt = kFrame,
+  scene.solver.levels = 0;  // the map is about sweeps over the particles
   return judge(malha_trial(scene, kFrames, mass * kGravity * side), cells);
 }
 
@@ -102,12 +103,12 @@ Section masses_map(Cells& cells, Json& rows) {
   }
   Section section{"Mass ratio, by substeps and by iterations"};
   if (cells.is_partial()) return section;
-  section.sentences = {
-      formatted("A chain of %d links (1 m) is let go horizontally for 2 s in steps of 1/60 s, its last particle R "
-                "times as heavy as each of the others. A link that bears the weight of n particles is left 2 n g h^2 "
-                "too long by one sweep a substep h: each of its ends moves by half of that, and it must undo the fall. "
-                "What swings down bears three times its weight.",
-                kLinks)};
+  section.sentences = {formatted(
+      "A chain of %d links (1 m) is released from the horizontal for 2 s in steps of 1/60 s. Its last particle "
+      "is R times as heavy as each of the others. With one sweep per substep h, a link that bears the weight of n "
+      "particles stays 2 n g h^2 too long: each of its ends moves by half of that, which must compensate the "
+      "fall. A link of a body that swings down bears up to three times its weight.",
+      kLinks)};
   for (const Panel& panel : panels) section.sentences.push_back(boundary_sentence(panel));
   complete_map_section(section, "masses", "A weight at the end of a chain", panels, 3, rows);
   return section;
@@ -146,8 +147,8 @@ Section resolution_map(Cells& cells, Json& rows) {
   Section section{"Resolution, by substeps"};
   if (cells.is_partial()) return section;
   section.sentences = {
-      "A sheet of 2 m and 1 kg is let go horizontally for 2 s in steps of 1/60 s. The edge and the two diagonals that "
-      "hold each particle next to the row bear a column of n particles."};
+      "A sheet of 2 m and 1 kg is released from the horizontal for 2 s in steps of 1/60 s. The edge and the two "
+      "diagonals that support each particle next to the row bear a column of n particles."};
   for (const Panel& panel : panels) section.sentences.push_back(boundary_sentence(panel));
   complete_map_section(section, "resolution", "A hanging sheet: particles a side and substeps", panels, 3, rows);
   return section;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Known failures of the study "stability" that are of numbers: a stiffness that depends on the step, and too few
-// digits.
+// Part of the study "stability": known failures due to PBD's stiffness, which depends on the step, and to the precision
+// of float.
 #include <algorithm>
 #include <cmath>
 
@@ -26,7 +26,7 @@ void run_frames(Simulation& simulation, int frames, const Cells& cells) {
   for (int frame = 0; frame < frames; ++frame) simulation.step(), cells.check_interrupt();
 }
 
-/// Ten links of 0.1 m, 0.1 kg in all, hanging at rest and damped.
+/// A chain of ten links of 0.1 m and 0.1 kg in all, which hangs at rest and is damped.
 Scene hanging_chain(double stiffness, double compliance, int substeps, int iterations) {
   Scene scene = pinned_chain({0, -1, 0}, 10, 0.1, compliance);
   scene.bodies[0].damping = 0.3, scene.bodies[0].constraints[0].stiffness = stiffness;
@@ -41,7 +41,7 @@ double elongation(const Scene& scene, const Cells& cells) {
   return std::abs(simulation.positions().back()[1] + 1);
 }
 
-/// A sheet at some distance from the origin along all axes, after half a second, seen from there.
+/// Positions after half a second of a sheet at the distance `far` from the origin along all axes, relative to there.
 Vector sheet_positions(double far, Precision precision, int substeps, const Cells& cells) {
   Scene scene = hanging_sheet(17, 1, 0.2, 0);
   scene.bodies[0].transform.translate = {far, far, far};
@@ -63,8 +63,8 @@ Vector plain_sweep_positions(const SpringSystem& system, const std::vector<int>&
 }  // namespace
 
 Section stiffness_failure(Cells& cells, Json& rows) {
-  constexpr double strain = 0.05;                 // on average
-  const double load = 0.1 / 11 * kGravity * 5.5;  // N, that a link bears on average
+  constexpr double strain = 0.05;                 // mean over the links
+  const double load = 0.1 / 11 * kGravity * 5.5;  // mean load of a link, N
   const double compliance = strain * 0.1 / load;
   LineChart lines{"stiffness",
                   "PBD stiffness depends on the step, compliance does not",
@@ -90,7 +90,7 @@ Section stiffness_failure(Cells& cells, Json& rows) {
         line.title + formatted(": %.2g to %.2g m, %.1f times.", low->second, high->second, high->second / low->second));
   }
   section.sentences.push_back(
-      formatted("Springs of that compliance stretch by %.3g m. What guards: \"compliance\" or \"rigidity\" instead of "
+      formatted("Springs of that compliance stretch by %.3g m. Remedy: \"compliance\" or \"rigidity\" instead of "
                 "\"stiffness\".",
                 strain));
   return section;
@@ -121,8 +121,8 @@ Section substeps_failure(Cells& cells, Json& rows) {
       formatted("With %g substeps float is %.2g m from double in malha and %.2g m in a plain sweep, whose velocities "
                 "are differences of rounded positions; the sheet itself falls by %.2g m.",
                 most, malha_line.at(most), plain_line.at(most), 0.5 * kGravity * 0.25),
-      "What guards: malha moves displacements, which are as small as a substep, and carries on what rounding takes of "
-      "places; \"precision\": \"double\"."};
+      "Remedies: malha computes displacements, which are small in a substep, and carries the rounding remainders of "
+      "positions; \"precision\": \"double\"."};
   return section;
 }
 
@@ -142,12 +142,13 @@ Section distance_failure(Cells& cells, Json& rows) {
   Section section = lines_section(lines, rows);
   const double most = lines.lines[0].points.back().first;
   section.sentences = {
-      formatted("At %s m float is %.2g m wrong, where its numbers are %.2g m apart, and double %.2g m.",
-                short_number(most).c_str(), lines.lines[0].at(most), std::nextafter(float(most), 1e30f) - float(most),
-                lines.lines[1].at(most)),
-      "What guards: malha moves displacements, and carries on what rounding takes of places. Of contacts and of "
-      "Desbrun's method, which know places alone, run, plan and reports say where a thousandth of an edge is lost; "
-      "there \"precision\": \"double\" helps, or a scene moved to the origin."};
+      formatted(
+          "At %s m the error of float is %.2g m, where its numbers are %.2g m apart, and that of double is %.2g m.",
+          short_number(most).c_str(), lines.lines[0].at(most), std::nextafter(float(most), 1e30f) - float(most),
+          lines.lines[1].at(most)),
+      "Remedies: malha computes displacements and carries the rounding remainders of positions. Contacts and Desbrun's "
+      "method use positions only; run, plan and reports warn if a thousandth of an edge is lost to rounding. Then "
+      "\"precision\": \"double\" helps, or a scene that is moved to the origin."};
   return section;
 }
 

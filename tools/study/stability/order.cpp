@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The map of the study "stability" over the order in which constraints are swept.
+// Map of the study "stability" over the order in which constraints are projected.
 #include <algorithm>
 #include <cmath>
 
@@ -17,7 +17,7 @@ using bench::formatted;
 
 constexpr double kSheetSide = 2, kSheetMass = 1;  // m, kg
 
-constexpr double kCompliance = 1e-4;  // m/N, of the soft ones
+constexpr double kCompliance = 1e-4;  // m/N, of soft constraints
 
 Scene sheet(int n, int substeps, Precision precision, bool soft) {
   Scene scene = corner_pinned_sheet(n, kSheetSide, kSheetMass, soft ? kCompliance : 0);
@@ -25,7 +25,7 @@ Scene sheet(int n, int substeps, Precision precision, bool soft) {
   return scene;
 }
 
-/// The same sheet as plain constraints; their stiffness is not looked at.
+/// The same sheet for plain sweeps, which do not use the stiffness of its springs.
 std::unique_ptr<SpringSystem> constraints_of(int n) {
   auto system = spring_system(corner_pinned_sheet(n, kSheetSide, kSheetMass, 1));
   for (Spring& s : system->springs) s.stiffness = 0;  // no elastic energy
@@ -57,7 +57,7 @@ Trial trial_of(const Sweep& sweep, const SpringSystem& system, int n, int subste
                                              : plain<double>(system, order, compliance, substeps, frames);
 }
 
-/// RMS strain frame by frame, up to where numbers end.
+/// RMS strain after each frame, as long as it is finite.
 Json strains(const Trial& trial, const Cells& cells) {
   Json all = Json::array();
   try {
@@ -92,7 +92,7 @@ Section history(const std::vector<Sweep>& sweeps, Cells& cells, Json& rows) {
   for (std::size_t k = 0; k < sweeps.size(); ++k) {
     const Sweep& sweep = sweeps[k];
     const Json& all = kept[k]["rms"];
-    // The later over the earlier, and thinner: where they coincide, all are seen.
+    // Later lines are drawn over earlier ones, and thinner, so that all are visible where they coincide.
     const double width = 2.5 + 1.3 * double(sweeps.size() - k);
     bench::Series series{"", formatted("with lines lw %g ", width) + styles[k % 8], sweep.title};
     for (std::size_t frame = 0; frame < all.size(); ++frame)
@@ -146,9 +146,10 @@ std::vector<Section> order_map(Cells& cells, Json& rows) {
   const Section after = history(sweeps, cells, over_time);
   if (cells.is_partial()) return {};
   map.sentences = {
-      "A sheet of 2 m and 1 kg, held at two corners, is let go horizontally for 1 s; hard constraints, or springs of "
-      "10 kN/m, one sweep a substep. Plain: one constraint after the other, in order of distance from the pins, "
-      "counted in edges, or by colours."};
+      "A sheet of 2 m and 1 kg, pinned at two corners, is released from the horizontal for 1 s; hard constraints, or "
+      "springs of 10 kN/m, one sweep per substep. Plain: one constraint after the other, in order of the graph "
+      "distance "
+      "from the pins, or by colours."};
   for (const Panel& panel : panels) {
     int count[3]{};
     double gain = 0, strain = 0;

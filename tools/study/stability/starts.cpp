@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Known failures of the study "stability" that are of places: starts that are no shape at all, and surfaces thinner
-// than a step is long.
+// Part of the study "stability": known failures due to random or collapsed initial positions, and to surfaces thinner
+// than the displacement in a step.
 #include <cmath>
 #include <random>
 
@@ -24,11 +24,11 @@ using bench::formatted;
 
 enum class Start { Random, Collapsed, NearlyCollapsed };
 
-/// Where the particles of a sheet start, in the user's order.
+/// Initial positions of a sheet's particles, in the user's order.
 std::vector<Vec3> start_positions(const Scene& scene, int n, Start start) {
   std::vector<Vec3> places = make_mesh(scene.bodies[0].shape).points;
   std::mt19937 random(7);
-  const auto unit = [&random] { return double(random()) / 4294967296.0; };  // the same on every library
+  const auto unit = [&random] { return double(random()) / 4294967296.0; };  // the same with every standard library
   for (int i = 0; i < n * n; ++i) {
     if (i == 0 || i == n - 1) continue;
     places[i] = {0.5, -0.5, 0.5};
@@ -41,8 +41,8 @@ std::vector<Vec3> start_positions(const Scene& scene, int n, Start start) {
 
 constexpr int kHalf = 30, kEnd = 180;  // frames
 
-/// RMS strains at the start, after 0.5 s and after 3 s, null where no longer finite, and how many constraints had no
-/// direction.
+/// RMS strains at the start, after 0.5 s and after 3 s (null if no longer finite), and the number of constraints
+/// without a direction.
 Json unfolding_strains(const Scene& scene, int n, Start start, const Cells& cells) {
   const Model model = build_model(scene);
   const std::unique_ptr<Solver> solver = make_solver(model, 1);
@@ -58,7 +58,7 @@ Json unfolding_strains(const Scene& scene, int n, Start start, const Cells& cell
   return {{"strain", strain}, {"degenerate", solver->measure().degenerate}};
 }
 
-/// The same springs by an explicit step that their spectrum allows.
+/// The same strains by symplectic Euler, with a step that the springs' spectrum allows.
 Json unfolding_strains_by_euler(const Scene& scene, int n, Start start, const Cells& cells) {
   const auto system = spring_system(scene);
   const double h = 0.5 / largest_frequency(*system, system->start.x);
@@ -76,7 +76,7 @@ Json unfolding_strains_by_euler(const Scene& scene, int n, Start start, const Ce
 
 constexpr double kThickness = 0.002;  // m
 
-/// 11 x 11 loose particles that fly at a wall, and how many are behind it in the end.
+/// Throws 11 x 11 free particles at a wall, and returns how many are behind it in the end.
 int count_tunnelled(double speed, const Cells& cells) {
   BodySpec bullets;
   bullets.name = "bullets", bullets.shape = LatticeShape{{-1, -0.5, -0.5}, {-1, 0.5, 0.5}, {1, 11, 11}};
@@ -96,14 +96,15 @@ int count_tunnelled(double speed, const Cells& cells) {
   return count;
 }
 
-/// The same by a look at the end of each step alone, which finds those within the thickness; `phase`: of the start.
+/// True if a particle would pass the wall with a discrete test at the end of each step, which finds particles within
+/// the thickness. `phase`: offset of the start, in steps.
 bool tunnels_through_end_test(double speed, double phase) {
   double x = -1 - phase * speed * kFrame;
   while (x < -kThickness) x += speed * kFrame;
   return x > kThickness;
 }
 
-/// Edges and triangles of two sheets that are crossed after one was thrown at the other.
+/// The number of intersections of edges and triangles after one sheet was thrown at another.
 double count_intersections(double speed, const Cells& cells) {
   Scene scene = hanging_sheet(9, 0.5, 0.05, 0);
   scene.gravity = {0, 0, 0}, scene.solver.substeps = 1, scene.solver.iterations = 4;
@@ -163,15 +164,15 @@ Section start_failure(Cells& cells, Json& rows) {
                                 " after 3 s.");
   }
   section.sentences.push_back(
-      "What guards: a constraint between coincident particles has no direction and is left out, counted in the report "
-      "(degenerate_constraints_skipped), until others move its ends apart.");
+      "Remedy: a constraint between coincident particles has no direction. It is skipped, and counted in the report "
+      "(degenerate_constraints_skipped), until other constraints separate its ends.");
   return section;
 }
 
 Section thickness_failure(Cells& cells, Json& rows) {
-  Section section{"Thickness smaller than what a step moves by"};
-  section.table.columns = {"speed, m/s", "a step moves by, thicknesses", "passed, malha, of 121",
-                           "passed, seen at ends of steps alone", "crossings of two sheets, malha"};
+  Section section{"Thickness smaller than the displacement in a step"};
+  section.table.columns = {"speed, m/s", "displacement in a step, thicknesses", "passed, malha, of 121",
+                           "passed, discrete test", "intersections of two sheets, malha"};
   double most = 0, unseen_most = 0;
   const std::vector<double> speeds =
       cells.quick() ? std::vector<double>{1, 100} : std::vector<double>{0.1, 1, 10, 100, 1000};
@@ -200,10 +201,11 @@ Section thickness_failure(Cells& cells, Json& rows) {
     unseen_most = std::max(unseen_most, double(unseen));
   }
   section.sentences = {
-      formatted("121 particles fly at a wall %g m thick, and a sheet at another, one substep a step: a look at the "
-                "ends of steps alone lets up to %g %% through; of malha's, %g pass or cross.",
-                kThickness, unseen_most, most),
-      "What guards: collisions are found along the whole way (Embree's rays, swept boxes, planes that part pairs)."};
+      formatted(
+          "121 particles fly at a wall %g m thick, and a sheet at another, one substep per step: a discrete test at "
+          "the ends of steps lets up to %g %% pass; with malha, %g pass or intersect.",
+          kThickness, unseen_most, most),
+      "Remedy: collisions are detected along the whole motion (Embree's rays, swept boxes, division planes)."};
   return section;
 }
 

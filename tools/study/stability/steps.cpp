@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The map of the study "stability" over time steps and stiffness.
+// Map of the study "stability" over time step and stiffness.
 #include "tools/study/reference/steps.h"
 
 #include "tools/bench/output.h"
@@ -12,15 +12,15 @@ namespace {
 using bench::formatted;
 
 constexpr double kSide = 1, kMass = 0.2, kSeconds = 2;  // m, kg, s
-constexpr double kEulerLimit = 2, kRk4Limit = 2.828;    // omega_max h up to which small motions stay bounded
+constexpr double kEulerLimit = 2, kRk4Limit = 2.828;    // stability limits of omega_max h
 
 struct StepMethod {
   using Step = std::function<void(State&)>;
   std::string title;
-  SolverSpec solver;                                         // of malha
-  Step (*advance)(const SpringSystem&, double h) = nullptr;  // by a step of h; null: malha's
-  double limit = 0;                                          // of omega_max h; 0: none is known
-  int most = 4000;                                           // steps
+  SolverSpec solver;                                         // for malha
+  Step (*advance)(const SpringSystem&, double h) = nullptr;  // makes a step function; null: malha's solver
+  double limit = 0;                                          // theoretical limit of omega_max h; 0: none
+  int most = 4000;                                           // largest number of steps
 };
 
 int newton_steps(bool quick) { return quick ? 60 : 200; }
@@ -65,7 +65,8 @@ Outcome run_trial(const StepMethod& method, const SpringSystem& system, Scene sc
   return judge(malha_trial(scene, steps, scale), cells);
 }
 
-/// The least and the most of where columns fail from, each times its scale (1 where none are given); 0 where none does.
+/// The smallest and the largest time step from which columns fail, each times its scale (1 if none are given); the
+/// largest is 0 if no column fails.
 std::pair<double, double> failure_range(const Panel& panel, const std::vector<double>& scales = {}) {
   double least = 1e300, most = 0;
   for (std::size_t k = 0; k < panel.columns.size(); ++k) {
@@ -76,7 +77,7 @@ std::pair<double, double> failure_range(const Panel& panel, const std::vector<do
   return {least, most};
 }
 
-/// How close the boundaries lie to the theory's.
+/// A sentence that compares the boundaries with theory.
 std::string theory_sentence(const Panel& panel, const StepMethod& method, const std::vector<double>& omega) {
   const auto [least, most] = failure_range(panel, omega);
   if (most == 0) return method.title + " fails nowhere on the map.";
@@ -141,9 +142,12 @@ Section steps_map(Cells& cells, Json& rows) {
   if (cells.is_partial()) return section;
   section.sentences = {
       formatted(
-          "A sheet of %d x %d particles (1 m, 0.2 kg) is let go horizontally, held at one row, for 2 s (at least 200 "
-          "steps, at most %d, of Newton's %d). Wrong: some strain exceeds 50 %%, or the energy grows by more than 5 %% "
-          "of what the sheet can fall by; diverged: no longer finite, or grown by more than ten times that.",
+          "A sheet of %d x %d particles (1 m, 0.2 kg), pinned at one row, is released from the horizontal for 2 s (at "
+          "least 200 steps, at most %d, with Newton's method %d). Wrong: some strain exceeds 50 %%, or the energy "
+          "grows by "
+          "more than 5 %% of the potential energy that the sheet can lose; diverged: no longer finite, or grown by "
+          "more "
+          "than ten times that energy.",
           n, n, quick ? 400 : 4000, newton_steps(quick)),
       steps_sentence(pbd)};
   for (std::size_t k = 0; k < all.size(); ++k)

@@ -14,7 +14,7 @@ namespace {
 
 Sample sample_of(const Measures& m) { return {m.strain_max, m.strain_rms, m.kinetic + m.potential}; }
 
-/// One body of distances, in gravity.
+/// A scene of one body of distance constraints, with gravity.
 Scene spring_scene(const std::string& name, const Shape& shape, double mass, const Pin& pin,
                    std::vector<std::string> on, double compliance) {
   ConstraintSpec lengths;
