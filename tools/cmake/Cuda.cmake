@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-# The CUDA backend: one source file, compiled by nvcc. CMake 3.25 (Debian 12) does not support C++20 with nvcc, so nvcc is
-# called by a custom command.
+# The CUDA backend: one source file, compiled by nvcc. CMake 3.25 (Debian 12) does not support C++20 with nvcc, so a
+# custom command calls nvcc.
 find_package(CUDAToolkit 12 REQUIRED)
 set(MALHA_CUDA_ARCHITECTURES 80 90 CACHE STRING
     "Devices to compile for: 80 is A100's, 90 H100's and H200's; later ones compile what is kept for the last")

@@ -11,7 +11,7 @@ if(CCACHE_PROGRAM AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
   set(CMAKE_CXX_COMPILER_LAUNCHER "${CCACHE_PROGRAM}")
 endif()
 
-# Code generation: the same bits at every optimisation level (no contraction), and vectorised loops over sqrt (no errno).
+# Code generation: the same bits at every optimisation level (no contraction), and vectorised sqrt (no errno).
 set(malha_code_options -fno-math-errno -fno-trapping-math -ffp-contract=off)
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64|i.86")
   set(gnu_on_x86 ON)
@@ -51,8 +51,8 @@ endif()
 # -Wno-psabi: g++ notes that the ABI of wide vector arguments changed in g++ 4.6.
 set(malha_warnings -Wall -Wextra -Wpedantic -Wshadow -Wno-psabi)
 if(CMAKE_CXX_COMPILER_ID MATCHES "Clang")
-  # "omp simd" is a hint: a loop that is not vectorised is still correct. In files that are compiled together clang, unlike
-  # g++, reports names of one file as shadowed by headers of a later one. Parts of the page are long literals. Masks of
+  # "omp simd" is a hint: a loop that is not vectorised is still correct. In files that are compiled together clang,
+  # unlike g++, reports names of one file as shadowed by headers of a later one. Parts of the page are long literals. Masks of
   # packs and of single numbers use the same operator "&".
   list(APPEND malha_warnings -Wno-pass-failed -Wno-shadow -Wno-overlength-strings -Wno-bitwise-instead-of-logical)
 endif()

@@ -82,7 +82,7 @@ Section strong(const Json& rows, const std::string& pinning) {
                            "times as fast",
                            "by the least step",
                            "efficiency",
-                           "serial share",
+                           "serial fraction",
                            "GB/s that must move",
                            "triad, GB/s",
                            "imbalance by patches",
