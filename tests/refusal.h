@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a refusal says.
+// Messages of refusals, for tests.
 #pragma once
 #include <string>
 
@@ -7,7 +7,7 @@
 
 namespace malha {
 
-/// What the InputError said that `act` threw; "" where it threw none.
+/// The message of the InputError that `act` throws; "" if it throws none.
 template <class Act>
 std::string refusal(const Act& act) {
   try {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the sanitizers are told before main.
+// Options of the sanitizers.
 
-// LLVM's OpenMP keeps what it has of a team whose threads a later one does not need.
+// LLVM's OpenMP does not free the data of teams with more threads than later ones.
 extern "C" const char* __lsan_default_suppressions() { return "leak:libomp.so\n"; }

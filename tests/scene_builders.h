@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scenes built in code, for tests: small, valid, and with nothing in them that was not asked for.
+// Builders of small valid scenes for tests.
 #pragma once
 #include <string>
 #include <utility>
