@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # usage: commands.sh ROOT MALHA
-# Checks every command in the code of a page (in backticks, in a fence, or after build/release/): it exists, and its
-# --help names every option that the page uses. Studies, benchmarks and scenes in commands must exist too, and a
-# --gtest_filter must select tests. Programs that are not built beside MALHA are not checked.
+# Every command in the code of a page (in backticks, in a fence, or after build/release/) is there and answers --help,
+# which names every option that the page gives it. So are the studies, benchmarks and scenes that commands name, and the
+# tests that a --gtest_filter selects. What is not built beside MALHA is not asked.
 set -euo pipefail
 cd "${1:?usage: commands.sh ROOT MALHA}"
 malha=${2:?usage: commands.sh ROOT MALHA}
@@ -14,7 +14,7 @@ fault() {
   faults=$((faults + 1))
 }
 
-# commands_of PAGE: prints the commands, one per line and without comments; continued lines of a fence are joined.
+# commands_of PAGE: one a line, without comments; a line of a fence that goes on is one.
 commands_of() {
   awk '
     function spans(  plain) {
@@ -36,9 +36,9 @@ commands_of() {
     sed 's/^ *//; s|^build/release/||' || true
 }
 
-# listed TITLE: prints the names below TITLE in a help text on standard input.
+# listed TITLE: the names that a help on standard input lists below it.
 listed() { sed -n "/^$1:/,/^\$/s/^  \([a-z]*\) .*/\1/p"; }
-# one_of WORD WHAT NAMES: a fault unless WORD is a placeholder (capital letters) or among NAMES.
+# one_of WORD WHAT NAMES: WORD is a placeholder of the page, or among NAMES.
 one_of() {
   [[ "$1" =~ ^[A-Z]+$ ]] || grep --quiet --line-regexp --fixed-strings -e "$1" <<<"$3" ||
     fault "$page: found $2 $1, which the help does not list"

@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # usage: cuda.sh ROOT NVCC
-# Compiles all headers of kernels/ as CUDA, and the .cu files of tests/, which instantiate kernels on the device. The
-# target malha_headers checks that each header includes everything it needs.
-# Exits 77 (skipped) if there is no nvcc.
+# Compiles all headers of kernels/ as CUDA, and the .cu files of tests/, which instantiate kernels on the device. That each header
+# includes what it needs is shown by malha_headers.
+# Exits 77 (skipped) where there is no nvcc.
 set -euo pipefail
 root=${1:?usage: cuda.sh ROOT NVCC}
 nvcc=${2-}
@@ -21,7 +21,7 @@ find kernels -name '*.h' | sort | sed 's/.*/#include "&"/' >"$all"
 sources=("$all")
 while IFS= read -r source; do sources+=("$source"); done < <(find tests -name '*.cu')
 
-compile() {  # to PTX only: the device's assembler would take most of the time and would find no further faults
+compile() {  # nothing is run: so up to the device's assembler, which takes most of the time and refuses nothing of ours
   "$nvcc" -std=c++20 -x cu -ptx -Xcicc -O0 -Werror all-warnings \
     -I "$root" -I "$root/host" "$1" -o "$scratch/$(basename "$1").ptx" || { echo "not CUDA: $(basename "$1")"; return 1; }
 }

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # usage: device_memory.sh TESTS SANITIZER
 # Runs scenes on a CUDA device under NVIDIA's Compute Sanitizer: no access out of bounds, no race in shared memory.
-# Exits 77 (skipped) if there is no sanitizer or no device.
+# Exits 77 (skipped) where there is no sanitizer or no device.
 set -euo pipefail
 tests=${1:?usage: device_memory.sh TESTS SANITIZER}
 sanitizer=${2-}

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # usage: documented.sh ROOT
-# Checks that scenes/README.md names every key and every word that scenes/schema.json allows: in backticks, or quoted in
-# a JSON example.
+# scenes/README.md names every key and every word that scenes/schema.json allows: in backticks, or quoted in a JSON
+# example.
 set -euo pipefail
 cd "${1:?usage: documented.sh ROOT}"
 page=scenes/README.md schema=scenes/schema.json
@@ -12,7 +12,7 @@ fault() {
   faults=$((faults + 1))
 }
 
-# schema_names FILE: prints the keys of every "properties" and the strings of every "enum" and "const".
+# schema_names FILE: the keys of every "properties", the strings of every "enum" and "const".
 schema_names() {
   awk '
     {
@@ -39,7 +39,7 @@ schema_names() {
     }' "$1" | sort -u
 }
 
-# said FILE: prints text in backticks, and strings that are quoted there or in a JSON example.
+# said FILE: what stands in backticks, and what is quoted there or in a JSON example.
 said() {
   awk '
     function quoted(code) {

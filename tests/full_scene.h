@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A scene with every key and every alternative of the format, for tests of the parser; it need not run.
+// A scene that uses every key and every alternative of the format, to be parsed and refused by tests; it need not run.
 #pragma once
 #include <string>
 
@@ -7,10 +7,10 @@ namespace malha {
 
 std::string full_scene();
 
-/// The full scene with another value (JSON text) at a JSON pointer; the value "remove" removes the key.
+/// The full scene with another value (JSON text) at a JSON pointer; the value "remove" takes the key away.
 std::string changed_scene(const std::string& pointer, const std::string& value);
 
-/// The refusal of parse_scene (file "s.json", no folder); "" if it accepts the text.
+/// The refusal of parse_scene (file "s.json", no folder); "" where it accepts.
 std::string scene_refusal(const std::string& text);
 
 }  // namespace malha

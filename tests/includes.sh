@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # usage: includes.sh ROOT
-# Refuses includes against the direction of dependencies (tools, tests -> host -> kernels), headers in kernels that GPU
-# code cannot use, and, in installed headers, includes that would require a caller to use malha's compiler flags.
+# Refuses includes against the one direction (tools, tests -> host -> kernels), what a kernel cannot take to a GPU,
+# and, in the installed headers, what would tie a caller to our flags.
 set -euo pipefail
 cd "${1:?usage: includes.sh ROOT}"
 
@@ -13,7 +13,7 @@ includes_of() {
 }
 
 breaches=0
-# must FOLDERS ALLOWED WHY: refuses includes below FOLDERS that do not match the pattern ALLOWED.
+# must FOLDERS ALLOWED WHY: every include below FOLDERS matches the pattern ALLOWED.
 must() {
   local found
   # shellcheck disable=SC2086  # a list of folders
@@ -24,7 +24,7 @@ must() {
   fi
 }
 
-# in_order TOP FOLDERS ALSO: a folder of TOP may include itself, the folders before it in FOLDERS, and matches of ALSO.
+# in_order TOP FOLDERS ALSO: a folder of TOP includes itself, the folders before it in FOLDERS, and what matches ALSO.
 in_order() {
   local folder earlier='' known=" $2 "
   for folder in $2; do
@@ -54,7 +54,7 @@ must tools '"(kernels|host|malha|tools)/.*"|<.*>' \
   'tools/ includes kernels/, host/ and tools/ by their path from the root, malha/, and no tests/'
 must tests '"(kernels|host|malha|tools|tests)/.*"|<.*>' 'tests/ includes by the path from the root, or malha/'
 
-# Installed public headers.
+# What a caller includes and is installed.
 must host/malha '"malha/.*"|<[a-z_]+>' 'a public header includes malha/ and the standard library only'
 
 while IFS=: read -r file line included; do
@@ -66,15 +66,15 @@ while IFS=: read -r file line included; do
   fi
 done < <(includes_of kernels host tools tests)
 
-# Only one file uses OpenMP.
+# One file knows a backend.
 while read -r line; do
-  printf '%s  refused: only kernels/parallel/compute.h may use OpenMP\n' "$line"
+  printf '%s  refused: OpenMP is known to kernels/parallel/compute.h alone\n' "$line"
   breaches=$((breaches + 1))
 done < <(grep -rnE '^[[:space:]]*#[[:space:]]*(pragma omp|include <omp\.h>)|omp_[a-z_]+\(' kernels host tools |
   grep -v '^kernels/parallel/compute\.h:' || true)
 
-# Each header includes the standard headers whose names it uses, or a header of malha that includes them. Headers of
-# kernels/ and host/malha/ are also compiled alone (tests/CMakeLists.txt).
+# Each header includes what it takes from the standard library, or a header of ours that does. Those of kernels/ and
+# host/ are also compiled alone (tests/CMakeLists.txt).
 names='
   algorithm:sort,stable_sort,clamp,max_element,min_element,any_of,all_of,none_of,find_if,fill,lower_bound array:array
   atomic:atomic bit:bit_cast chrono:chrono condition_variable:condition_variable deque:deque exception:exception_ptr

@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Checks on small generated trees that includes.sh refuses forbidden includes, and only those.
+# Proves on made-up trees that includes.sh refuses what it must, and only that.
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 root=$(mktemp -d)
 trap 'rm -rf "$root"' EXIT
 
-# fresh: makes a tree that follows the rules.
+# fresh: a tree that obeys.
 fresh() {
   rm -rf "${root:?}"/*
   mkdir -p "$root"/{kernels/simd,kernels/constraints,host/malha,host/mesh,host/solver,tools,tests/consumer}
@@ -23,17 +23,17 @@ fresh() {
 }
 
 fresh
-"$here/includes.sh" "$root" >/dev/null || { echo "refused a tree that follows the rules"; exit 1; }
+"$here/includes.sh" "$root" >/dev/null || { echo "refused a tree that obeys"; exit 1; }
 
 cases=0
-# refuses FILE LINE: expects that with LINE at the end of FILE the check fails and names the file and its line.
+# refuses FILE LINE: with LINE at the end of FILE, the check fails and names the file and its line.
 refuses() {
   fresh
   printf '%s\n' "$2" >>"$root/$1"
   local line said
   line=$(wc -l <"$root/$1")
   if said=$("$here/includes.sh" "$root") || ! grep -q "^$1:$line:" <<<"$said"; then
-    printf 'not refused in %s: %s\n%s\n' "$1" "$2" "$said"
+    printf 'let through in %s: %s\n%s\n' "$1" "$2" "$said"
     exit 1
   fi
   cases=$((cases + 1))

@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # usage: install.sh ROOT BUILD GENERATOR COMPILER flags=FLAGS python=PYTHON folder=FOLDER
-# Installs BUILD into a scratch prefix, and configures, builds and runs tools/examples against it, with the compiler's
-# default instruction set (FLAGS: of the sanitizers, which all parts of a program must share). PYTHON, if it is not
-# empty, imports the module from FOLDER below the prefix. Links of the installed pages must lead to files.
+# Installs BUILD into a scratch prefix; configures, builds and runs tools/examples against it, with the compiler's
+# default instruction set (FLAGS are the sanitizers', which all parts of a program must share). PYTHON, if it is not
+# empty, imports the module from FOLDER below the prefix. The links of the installed pages lead somewhere.
 set -euo pipefail
 root=${1:?} build=${2:?} generator=${3:?} compiler=${4:?} flags=${5#flags=} python=${6#python=} folder=${7#folder=}
 scratch=$(mktemp -d)
@@ -14,7 +14,7 @@ cmake -S "$root/tools/examples" -B "$scratch/build" -G "$generator" \
   -DCMAKE_PREFIX_PATH="$scratch/prefix" -DCMAKE_CXX_COMPILER="$compiler" -DCMAKE_CXX_FLAGS="$flags" -DCMAKE_BUILD_TYPE=Release
 cmake --build "$scratch/build"
 
-# This scene has particles, constraints and an environment mesh, so that every dependency is called.
+# A scene with particles, constraints and a mesh to collide with, so that every dependency is called.
 "$scratch/build/run" "$root/scenes/ramp.json"
 for name in own_loop own_constraint several; do "$scratch/build/$name" "$root/scenes/sheet_shear.json"; done
 "$root/tests/pages.sh" "$scratch/prefix/share/doc/malha" links

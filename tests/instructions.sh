@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # usage: instructions.sh OBJDUMP LIBRARY ANYWHERE COMPILER
-# Refuses hardware gathers (slower than loads and transposes; clang 16 has no option against them), fused multiply-adds
-# (they change bits) and, with ANYWHERE ON (a build for any x86-64), AVX instructions outside the functions `run`, which
-# are only called if the CPU supports them. COMPILER: CMake's name of the compiler.
-# Exits 77 (skipped) if there is no objdump, and on other architectures.
+# Refuses hardware gathers (slower than loads and transposes; clang 16 cannot be told so), fused multiply-adds (other
+# bits) and, with ANYWHERE ON (a build that is to run on any x86-64), AVX instructions outside the functions `run`, which
+# alone are called by what the CPU has. COMPILER: CMake's name of it.
+# Exits 77 (skipped) where there is no objdump, or on another architecture.
 set -euo pipefail
 objdump=${1-}
 library=${2:?usage: instructions.sh OBJDUMP LIBRARY ANYWHERE COMPILER}
@@ -20,7 +20,7 @@ fi
   /^[0-9a-f]+ <.*>:$/ { function_name = $0; solver = solver || /malha::run</ }
   NF < 2 { next }
   ($2 ~ /^vp?gather/ && compiler == "GNU") || $2 ~ /^vfn?m(add|sub)/ { refuse() }
-  # VEX and EVEX instructions begin with v; so do verr and verw, which are older.
+  # VEX and EVEX; verr and verw are older.
   $2 ~ /^v/ && $2 !~ /^ver/ && anywhere == "ON" && function_name !~ /malha::run</ { refuse() }
   END {
     if (!solver) { print "no function malha::run in the library: nothing was checked"; ++faults }

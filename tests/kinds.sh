@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # usage: kinds.sh ROOT COMPILER
-# Checks that a constraint kind without a part of the concept (kernels/projection/constraint_kind.h) does not compile,
-# and that the compiler names the part.
+# A constraint kind that lacks a part of the contract (kernels/projection/constraint_kind.h) does not compile, and the compiler
+# names the part.
 set -euo pipefail
 root=${1:?usage: kinds.sh ROOT COMPILER}
 compiler=${2:?usage: kinds.sh ROOT COMPILER}
@@ -34,7 +34,7 @@ declare -A part=(
   [REST]='template <class S> static void rest(const Vector3<S> (&)[2], S, S (&)[1]);'
   [EVALUATE]='template <class S, class M> static S evaluate(const Vector3<S> (&)[2], const S*, const M&, Vector3<S> (&)[2], S&);'
 )
-compile() {  # compile PART VALUE: with VALUE for that part, and valid values for all others
+compile() {  # compile PART VALUE: with that part so, and all others as they should be
   local name flags=()
   for name in "${!part[@]}"; do
     if [[ $name == "$1" ]]; then flags+=("-D$name=$2"); else flags+=("-D$name=${part[$name]}"); fi

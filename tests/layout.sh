@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # usage: layout.sh ROOT
-# Checks that the root has the known files and folders only, and that no file contains an unresolved merge conflict.
-# Files that git does not track are the user's, such as notes, logs and scenes. Without git the tracked files are
-# unknown, and nothing is checked.
+# The root holds the folders of the house and nothing else, and no file has a conflict that a merge left in it. What git
+# does not track is the user's own: a note, a log, a scene. Without git nobody knows what is tracked, so that nothing is
+# checked.
 set -euo pipefail
 cd "${1:?usage: layout.sh ROOT}"
 faults=0
@@ -22,7 +22,7 @@ if [[ -e .git ]] && listed=$(git ls-files 2>/dev/null); then
   while IFS= read -r line; do fault "${line:0:80}: found a conflict of a merge"; done \
     < <(git grep -I --line-number --extended-regexp '^(<<<<<<<|>>>>>>>) ' || true)
 else
-  printf 'no list of tracked files: the root is not checked\n'
+  printf 'no list of tracked files: what lies at the root is not looked at\n'
 fi
 
 printf '%d names at the root, %d faults\n' "$names" "$faults"

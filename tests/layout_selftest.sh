@@ -1,13 +1,13 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # usage: layout_selftest.sh
-# Checks which files layout.sh accepts and refuses: in a repository, and in a folder without one.
+# What layout.sh lets through and what it refuses: in a repository, and in a folder without one.
 set -euo pipefail
 layout=$(dirname "$(realpath "${BASH_SOURCE[0]}")")/layout.sh
 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 cd "$scratch"
-unset GIT_DIR GIT_INDEX_FILE GIT_WORK_TREE  # set if a git hook runs the tests
+unset GIT_DIR GIT_INDEX_FILE GIT_WORK_TREE  # of a hook that runs the tests
 faults=0
 expect() {  # STATUS WORDS CASE
   local status=0

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Numbers for tests: reproducible random numbers, and bitwise comparison.
+// Numbers for tests: reproducible random ones, and comparison bit by bit.
 #pragma once
 #include <cmath>
 #include <cstdint>
@@ -10,19 +10,19 @@
 
 namespace malha {
 
-/// Random numbers that are the same on every platform, unlike the standard's distributions.
+/// The same numbers on every platform (the standard's distributions are not).
 class Random {
  public:
   explicit Random(unsigned seed) : engine_(seed) {}
-  /// A uniform number in [low, high).
+  /// In [low, high).
   double operator()(double low = -1, double high = 1) { return low + (high - low) * (engine_() * 0x1p-32); }
-  /// A uniform integer in 0 .. n - 1.
+  /// In 0 .. n - 1.
   int below(int n) { return static_cast<int>(engine_() % static_cast<std::uint32_t>(n)); }
   Vector3<double> in_cube(double half = 1) {
     const double x = (*this)(-half, half), y = (*this)(-half, half), z = (*this)(-half, half);
     return {x, y, z};
   }
-  /// A direction, uniform over the unit sphere.
+  /// Uniform over the unit sphere.
   Vector3<double> direction() {
     for (;;) {
       const Vector3<double> d = in_cube();
@@ -35,7 +35,7 @@ class Random {
   std::mt19937 engine_;
 };
 
-/// Bitwise equality: -0 differs from 0, and a NaN equals itself.
+/// Tells -0 from 0, and NaN equals itself.
 template <class T>
 bool same_bits(const T& a, const T& b) {
   return std::memcmp(&a, &b, sizeof(T)) == 0;

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Query of the backend on which tests run their scenes: the host, or that of MALHA_TESTS_ON (blocks_solvers.cpp).
+// Whether the scenes of the tests run on the host, or where MALHA_TESTS_ON says (blocks_solvers.cpp).
 #pragma once
 #include "host/solver/test_executor_hook.h"
 
 namespace malha {
 
-/// Other backends do not time passes, and a device has different launches.
+/// Elsewhere passes are not timed, and a device's launches are others.
 inline bool scenes_run_on_host() { return make_elsewhere == nullptr; }
 
 }  // namespace malha

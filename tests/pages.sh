@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # usage: pages.sh ROOT [links]
-# Checks that every link and picture of the pages (*.md) leads to a file, and to a heading if the link names one. Source
-# files that pages name must exist: relative to the root, or in the page's folder or below. The first page must begin
-# with a picture that is small enough to load at once. With "links" only links are checked, for installed pages, where
-# there are no sources.
+# Every link and picture of the pages (README.md and those of the rooms) leads to a file, and to a heading where it
+# names one. Source files that they name are there: from the root, or in the page's own folder or below. The first
+# page begins with a picture that loads at once. With "links" only links are looked at: where
+# pages are installed, sources are not.
 set -euo pipefail
 cd "${1:?usage: pages.sh ROOT [links]}"
 only=${2-}
@@ -14,8 +14,8 @@ fault() {
   printf '%s\n' "$*"
   faults=$((faults + 1))
 }
-# headings FILE: prints the anchors of headings: lower case, hyphens for blanks, without other characters.
-# shellcheck disable=SC2016  # backticks of the page
+# headings FILE: as links name them: small letters, hyphens for blanks, without other signs.
+# shellcheck disable=SC2016  # backticks, as they stand in the page
 headings() { sed -n '/^```/,/^```/d; s/^#\+ //p' "$1" | tr '[:upper:]' '[:lower:]' | sed "s/[^a-z0-9 _-]//g; s/ /-/g"; }
 # shellcheck disable=SC2016
 sources() { grep --only-matching '`[a-zA-Z0-9_/.-]*\.\(h\|cpp\|cu\|sh\|js\|py\)`' "$1"; }
@@ -28,9 +28,9 @@ while IFS= read -r page; do
     file=${file:+$(dirname "$page")/$file}
     file=${file:-$page}
     if [[ ! -e "$file" ]]; then
-      fault "$page: found a link to $target, which does not exist"
+      fault "$page: found a link to $target, which is not there"
     elif [[ "$target" == *'#'* ]] && ! headings "$file" | grep --quiet --line-regexp --fixed-strings -- "${target#*#}"; then
-      fault "$page: found a link to $target, a heading that does not exist"
+      fault "$page: found a link to $target, a heading that is not there"
     fi
   done < <(grep --only-matching '](\([^)]*\))' "$page" | sed 's/^](//; s/)$//')
   [[ $only == links ]] && continue

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # usage: python.sh PYTHON FOLDER COMMAND TEST
-# Runs tests/python/TEST with this Python, the module malha from FOLDER and this malha command. Skipped if the module
-# was not built (PYTHON is empty), or pytest or numpy is missing.
+# Runs tests/python/TEST with this Python, the module malha from FOLDER and this malha command. Skipped where the module
+# was not built (PYTHON is empty) or pytest or numpy is missing.
 set -euo pipefail
 python=${1?usage: python.sh PYTHON FOLDER COMMAND TEST} folder=${2:?} command=${3:?} test=${4:?}
 skip() {

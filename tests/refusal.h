@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Messages of refusals, for tests.
+// What a refusal says.
 #pragma once
 #include <string>
 
@@ -7,7 +7,7 @@
 
 namespace malha {
 
-/// The message of the InputError that `act` throws; "" if it throws none.
+/// What the InputError said that `act` threw; "" where it threw none.
 template <class Act>
 std::string refusal(const Act& act) {
   try {

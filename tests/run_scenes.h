@@ -11,7 +11,8 @@ namespace malha {
 
 using Json = nlohmann::ordered_json;
 
-/// A sheet, pinned at one corner, swings for 40 steps; with an environment it falls onto a moving ball and the ground.
+/// A sheet, pinned at one corner, that swings; with an environment it falls onto a moving ball and the ground. 40
+/// steps.
 inline Json swinging_sheet(bool environment, const std::string& precision = "float") {
   Json scene = Json::parse(R"({
     "name": "swinging sheet",
@@ -45,7 +46,7 @@ inline Json swinging_sheet(bool environment, const std::string& precision = "flo
 
 inline Scene parsed(const Json& scene) { return parse_scene(scene.dump(), "test.json", "."); }
 
-/// Runs on one thread, without progress callback or stop.
+/// Runs on one thread, without anything that watches or stops.
 inline RunResult run_quietly(const Json& scene, const RunOptions& options) {
   return run(
       parsed(scene), {.threads = 1}, options, [](const Progress&) {}, std::atomic<bool>{false});

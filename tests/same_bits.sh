@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # usage: same_bits.sh MALHA OTHER
-# Runs the first steps of every shipped scene with two builds of the command; their states must have the same bits.
+# Runs the first steps of every shipped scene by two builds of the command: their states must have the same bits.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 malha=${1:?usage: same_bits.sh MALHA OTHER} other=${2:?usage: same_bits.sh MALHA OTHER}

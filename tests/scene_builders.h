@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Builders of small valid scenes for tests.
+// Scenes built in code, for tests: small, valid, and with nothing in them that was not asked for.
 #pragma once
 #include <string>
 #include <utility>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Builders of small scenes for tests that compare with formulas.
+// Small scenes made in code, for tests whose answer is a formula.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -19,7 +19,7 @@ inline constexpr Vec3 kEarth{0, -kG, 0};
 inline double length(const Vec3& a) { return std::hypot(a[0], a[1], a[2]); }
 inline Vec3 operator-(const Vec3& a, const Vec3& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
 
-/// One free particle.
+/// One loose particle.
 inline BodySpec particle(const Vec3& at, const Vec3& velocity = {}, double mass = 1) {
   BodySpec body;
   body.name = "particle";
@@ -43,8 +43,8 @@ inline BodySpec tumbling_ellipsoid(int subdivisions, std::vector<ConstraintSpec>
   return body;
 }
 
-/// A chain whose first particle is pinned. `mass`: mean mass (kg) of its particles, so that a single segment ends in
-/// exactly this mass.
+/// A chain whose first particle is pinned; `mass` (kg) is that of each of its segments' ends on average, so that a
+/// single segment ends in a mass of exactly this.
 inline BodySpec hung_chain(const Vec3& from, const Vec3& to, int segments, double mass = 1) {
   BodySpec body;
   body.name = "chain";
@@ -78,7 +78,7 @@ inline Scene scene_of(std::vector<BodySpec> bodies, const Vec3& gravity, double 
 /// A scene of the folder scenes/.
 inline Scene load_shipped(const std::string& name) { return load_scene(MALHA_SOURCE_DIR "/scenes/" + name + ".json"); }
 
-/// The names of all shipped scenes, in ascending order.
+/// The names of all that ship, ascending.
 inline std::vector<std::string> shipped_scenes() {
   std::vector<std::string> names;
   for (const auto& entry : std::filesystem::directory_iterator(MALHA_SOURCE_DIR "/scenes"))

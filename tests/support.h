@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Helpers for tests of whole runs: temporary folders, contents of files, and the malha command as a process.
+// What tests of whole runs share: folders that vanish, files by their bytes, and the malha command as a process.
 #pragma once
 #include <fcntl.h>
 #include <gtest/gtest.h>
@@ -28,7 +28,7 @@ inline std::string bytes_of(const std::filesystem::path& path) {
   return bytes.str();
 }
 
-/// The path of the first executable of that name on PATH; "" if there is none.
+/// The first of that name that can be run; "" without.
 inline std::string program_on_path(const std::string& name) {
   const char* const path = std::getenv("PATH");
   std::istringstream folders(path != nullptr ? path : "");
@@ -39,7 +39,7 @@ inline std::string program_on_path(const std::string& name) {
   return "";
 }
 
-/// Contents of all files below the folder, by relative path; empty if there is no such folder.
+/// Every file below the folder by its path from there, with its bytes; empty if there is no such folder.
 inline std::map<std::string, std::string> files_in(const std::filesystem::path& folder) {
   std::map<std::string, std::string> files;
   if (!std::filesystem::exists(folder)) return files;
@@ -48,7 +48,7 @@ inline std::map<std::string, std::string> files_in(const std::filesystem::path& 
   return files;
 }
 
-/// A new temporary folder; the destructor removes it.
+/// A fresh folder, gone with this object.
 class TemporaryFolder {
  public:
   TemporaryFolder() {
@@ -61,7 +61,7 @@ class TemporaryFolder {
   TemporaryFolder& operator=(const TemporaryFolder&) = delete;
 
   std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
-  /// Writes the file and returns its path.
+  /// Writes the file and gives back its path.
   std::string write(const std::string& name, const std::string& bytes) const {
     std::ofstream(path_ / name, std::ios::binary) << bytes;
     return (path_ / name).string();
@@ -72,14 +72,14 @@ class TemporaryFolder {
 };
 
 struct Ended {
-  int status = 0;  // exit status, or -signal if a signal ended the process
+  int status = 0;  // of exit, or -(the signal that killed it)
   std::string out, err;
 };
 
 /// The malha command with these arguments, running in `folder`.
 class MalhaProcess {
  public:
-  /// `most_bytes`: largest size of a file that the process writes; beyond it, writing fails as on a full disk.
+  /// `most_bytes`: of any file that it writes; beyond that writing fails as on a full disk.
   MalhaProcess(const std::vector<std::string>& arguments, const std::filesystem::path& folder,
                rlim_t most_bytes = RLIM_INFINITY, const std::string& program = MALHA_COMMAND) {
     std::vector<std::string> words{program};
@@ -90,14 +90,14 @@ class MalhaProcess {
     const std::string at = folder.string(), out = logs_ / "out", err = logs_ / "err";
     child_ = fork();
     if (child_ != 0) return;
-    // Only async-signal-safe functions are called between fork and exec.
+    // Only what is safe between fork and exec.
     const int out_file = open(out.c_str(), O_WRONLY | O_CREAT, 0600),
               err_file = open(err.c_str(), O_WRONLY | O_CREAT, 0600);
     const rlimit limit{most_bytes, most_bytes};
     if (chdir(at.c_str()) == 0 && dup2(out_file, STDOUT_FILENO) >= 0 && dup2(err_file, STDERR_FILENO) >= 0 &&
         setrlimit(RLIMIT_FSIZE, &limit) == 0) {
       std::signal(SIGXFSZ, SIG_IGN);
-      std::signal(SIGINT, SIG_DFL);  // a background job of a shell ignores it
+      std::signal(SIGINT, SIG_DFL);  // a job in a shell's background ignores it
       execv(argv[0], argv.data());
     }
     _exit(127);
@@ -115,7 +115,7 @@ class MalhaProcess {
     if (child_ > 0 && waitpid(child_, &state_, WNOHANG) == child_) child_ = 0;
     return child_ > 0;
   }
-  /// Processor time of the process so far; requires running().
+  /// That it has worked for so far; only while running().
   double cpu_seconds() const {
     clockid_t clock{};
     timespec time{};
