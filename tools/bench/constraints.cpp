@@ -109,9 +109,9 @@ std::vector<KindCase> plan(int particles) {
   BodySpec balloon = ball(particles);
   balloon.constraints = {spec_of("pressure", 1)};
   add("pressure", balloon, Pass::Pressure);
-  BodySpec hung = sheet(particles);
-  hung.constraints = {spec_of("long_range", 0.02)};
-  add("long_range", hung, Pass::LongRange);
+  BodySpec hanging = sheet(particles);
+  hanging.constraints = {spec_of("long_range", 0.02)};
+  add("long_range", hanging, Pass::LongRange);
   add("air on faces", sheet(particles), Pass::Air)->wind = Wind{{1, 0, 2}, 0, 1.2};
   BodySpec tied = sheet(particles);
   Attachment& ties = tied.attachments.emplace_back();

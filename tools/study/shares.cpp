@@ -29,9 +29,9 @@ std::string name_of(const Json& head) {
 }
 
 /// The journals of shares in a folder, sorted by the number of the share.
-std::vector<fs::path> journals_of(const fs::path& folder, const Json& own) {
-  const std::string study = text_of(own, "study");
-  const std::regex form(study + R"(\.(\d{1,6})of\d{1,6})" + (own.at("quick").get<bool>() ? R"(\.quick)" : "") +
+std::vector<fs::path> journals_of(const fs::path& folder, const Json& expected) {
+  const std::string study = text_of(expected, "study");
+  const std::regex form(study + R"(\.(\d{1,6})of\d{1,6})" + (expected.at("quick").get<bool>() ? R"(\.quick)" : "") +
                         R"(\.cells\.jsonl)");
   std::vector<std::pair<int, fs::path>> found;
   std::error_code error;
@@ -40,9 +40,9 @@ std::vector<fs::path> journals_of(const fs::path& folder, const Json& own) {
     if (std::smatch parts; std::regex_match(name, parts, form)) found.push_back({std::stoi(parts[1]), entry.path()});
   }
   if (found.empty())
-    refuse(folder.string(), "", error ? error.message() : "no journal of a share of " + name_of(own),
+    refuse(folder.string(), "", error ? error.message() : "no journal of a share of " + name_of(expected),
            "a folder in which malha study " + study + " --share leaves its " +
-               journal_name(study, own.at("quick").get<bool>(), Share{1, 2}));
+               journal_name(study, expected.at("quick").get<bool>(), Share{1, 2}));
   std::sort(found.begin(), found.end());
   std::vector<fs::path> paths;
   for (auto& [number, path] : found) paths.push_back(std::move(path));
@@ -52,8 +52,8 @@ std::vector<fs::path> journals_of(const fs::path& folder, const Json& own) {
 /// Reads a journal line by line, with line numbers for messages.
 class Reader {
  public:
-  Reader(const fs::path& file, const Json& own)
-      : file_(file.string()), text_(read_input(file, "a file that can be read")), own_(own) {}
+  Reader(const fs::path& file, const Json& expected)
+      : file_(file.string()), text_(read_input(file, "a file that can be read")), expected_(expected) {}
 
   /// The next line; empty at the end.
   std::optional<Json> next() {
@@ -69,19 +69,19 @@ class Reader {
     return json;
   }
 
-  /// The first line. Refuses a journal whose cells are not comparable with those of `own`.
+  /// The first line. Refuses a journal whose cells are not comparable with those of `expected`.
   Json head(bool keep) {
     const std::optional<Json> line = next();
     const Json head = line ? *line : Json();
     for (const char* key : {"study", "quick", "build", "program", "share"})
       if (!head.is_object() || !head.contains(key)) refuse(line ? "no " + malha::quoted(key) : "nothing", kHead);
-    for (const auto& fact : own_.at("build").items())
+    for (const auto& fact : expected_.at("build").items())
       if (!head["build"].contains(fact.key())) refuse("no " + malha::quoted(fact.key()), kHead);
-    for (const char* key : {"study", "quick"}) same(key, head.at(key), own_.at(key), "");
-    same("on", head.value("on", ""), own_.value("on", ""), "");
-    same("malha", head.at("build").at("malha_version"), own_.at("build").at("malha_version"), ", as this program");
+    for (const char* key : {"study", "quick"}) same(key, head.at(key), expected_.at(key), "");
+    same("on", head.value("on", ""), expected_.value("on", ""), "");
+    same("malha", head.at("build").at("malha_version"), expected_.at("build").at("malha_version"), ", as this program");
     if (!keep)
-      same("program", head.at("program"), own_.at("program"), ", this one; or --keep, which takes other builds");
+      same("program", head.at("program"), expected_.at("program"), ", this one; or --keep, which takes other builds");
     return head;
   }
 
@@ -96,7 +96,7 @@ class Reader {
   }
 
   std::string file_, text_;
-  const Json& own_;
+  const Json& expected_;
   std::size_t at_ = 0;
   int line_ = 0;
 };
@@ -134,7 +134,7 @@ Json journal_head(const std::string& study, bool quick, const Json& build, const
   return head;
 }
 
-Merged merged_shares(const std::vector<fs::path>& folders, const Json& own, bool keep) {
+Merged merged_shares(const std::vector<fs::path>& folders, const Json& expected, bool keep) {
   std::set<fs::path> known;
   for (const fs::path& folder : folders)
     if (!known.insert(fs::weakly_canonical(folder)).second)
@@ -146,8 +146,8 @@ Merged merged_shares(const std::vector<fs::path>& folders, const Json& own, bool
   };
   std::map<std::string, Place> places;
   for (const fs::path& folder : folders)
-    for (const fs::path& file : journals_of(folder, own)) {
-      Reader reader(file, own);
+    for (const fs::path& file : journals_of(folder, expected)) {
+      Reader reader(file, expected);
       const Json head = reader.head(keep);
       const std::optional<Share> share = share_of(text_of(head, "share"));
       if (!share) reader.refuse("the share " + head["share"].dump(), "such as 1/3");

@@ -46,10 +46,10 @@ struct Merged {
   int cores() const;
 };
 
-/// Reads the journals of a study's shares in these folders. `own`: journal_head() of this program. Throws InputError
-/// for a folder without a journal or named twice, a torn line, another study, version or (unless `keep`) program, and a
-/// cell that differs between two journals.
-Merged merged_shares(const std::vector<std::filesystem::path>& folders, const Json& own, bool keep);
+/// Reads the journals of a study's shares in these folders. `expected`: journal_head() of this program. Throws
+/// InputError for a folder without a journal or named twice, a torn line, another study, version or (unless `keep`)
+/// program, and a cell that differs between two journals.
+Merged merged_shares(const std::vector<std::filesystem::path>& folders, const Json& expected, bool keep);
 
 /// The program and machine that measured cells, for charts and rows: malha, compiler, optimisation and machine; and the
 /// machine alone.

@@ -127,7 +127,7 @@ BodySpec chain_body(const std::string& name, int segments) {
 
 AccuracyCase chain(int segments, int reference) {
   AccuracyCase test_case;
-  test_case.name = "chain", test_case.title = "A chain between two pins, let go";
+  test_case.name = "chain", test_case.title = "A chain released between two pins";
   test_case.what =
       bench::formatted("%d springs, 1 m and 0.1 kg, EA = %g N, straight and slack at the start.", segments, kChainEA);
   test_case.scene = scene_of(chain_body(test_case.name, segments), kEarth);
@@ -174,7 +174,7 @@ BodySpec beam_body(const std::string& name, int cells) {
 
 AccuracyCase beam(int cells, int reference) {
   AccuracyCase test_case;
-  test_case.name = "beam", test_case.title = "A beam of tetrahedra, let go";
+  test_case.name = "beam", test_case.title = "A beam of tetrahedra, released";
   test_case.what = bench::formatted(
       "1 x 0.2 x 0.2 m, %d cells across, 1 MPa, 1000 kg/m^3, pinned at one end, gravity 1 m/s^2.", cells);
   test_case.scene = scene_of(beam_body(test_case.name, cells), {0, -kBeamGravity, 0});

@@ -45,7 +45,7 @@ std::vector<OrderLine> order_lines(bool quick) {
           {"the same, to half a substep later", Scheme::ConvergedLater, 16, {5, 10, 20, 40}, "lc rgb '#000000' pt 13"}};
 }
 
-/// Of the chain's joints at a time.
+/// The positions of the chain's joints at a time.
 using Joints = std::vector<ReferenceChain::Place>;
 Joints joints_at(int edges, double time) {
   static std::map<int, std::vector<Joints>> known;  // after each step
@@ -129,7 +129,7 @@ int order_cells(bool quick) {
 
 Section order_of_convergence(Cells& cells, Json& rows) {
   Section section{
-      "A hung sheet: the order of convergence", {}, {}, {{"method", "edges", "substeps", "RMS error, m"}, {}}};
+      "A hanging sheet: order of convergence", {}, {}, {{"method", "edges", "substeps", "RMS error, m"}, {}}};
   Chart chart{"order",
               "set logscale xy\nset format x '%g'\nset format y '10^{%T}'\nset xlabel 'substeps a frame of 1/60 s'\n"
               "set ylabel 'RMS distance to the exact motion after 0.5 s (m)'\n"

@@ -64,7 +64,7 @@ Chart chart(const AccuracyCase& test_case, const Truth& truth, std::size_t time,
   if (uncertainty > 0 && name != "filters")
     chart.series.push_back({formatted("%.9g %.9g\n%.9g %.9g\n", least / 1.4, uncertainty, most * 1.4, uncertainty),
                             "with lines lw 1 dt 3 lc rgb '#444444'",
-                            test_case.exact ? "own equilibrium of the springs" : "how well the true motion is known"});
+                            test_case.exact ? "equilibrium of the springs" : "how well the true motion is known"});
   chart.settings = "set logscale xy\nset format x '%g'\nset format y '10^{%T}'\nset xlabel '" + axis +
                    "'\nset ylabel 'RMS distance to the true " + (test_case.at_rest ? "equilibrium" : "motion") +
                    " (m)'\nset title '" + test_case.title + formatted(": after %g s'\n", test_case.times[time]) +

@@ -61,7 +61,7 @@ Chart ladder_chart(const Json& ladder) {
   rungs.erase(rungs.size() - 1);
   std::vector<double> from(rungs.size(), 0);
   Chart chart{"ladder", feature_tics(rungs) +
-                            "set xlabel 'ms a step'\nset title 'A cloth that is asked for more and more (" +
+                            "set xlabel 'ms a step'\nset title 'A cloth with more and more features (" +
                             text(last, "feature") +
                             formatted(": %.3g ms, off the chart)'\n", number(last, "ms_a_step")) + "set xrange [0:]\n"};
   for (const Layer& layer : layers()) {

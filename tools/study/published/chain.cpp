@@ -50,7 +50,7 @@ Scene scene_of(const ChainSetting& setting, int iterations) {
 
 /// The force at the support in each frame, N.
 template <class Step>
-std::vector<double> pulls(const System& system, double dt, const Step& step) {
+std::vector<double> support_forces(const System& system, double dt, const Step& step) {
   State state = system.start;
   std::vector<double> all;
   for (int frame = 0; frame < kChainFrames; ++frame) {
@@ -61,57 +61,58 @@ std::vector<double> pulls(const System& system, double dt, const Step& step) {
   return all;
 }
 
-std::vector<double> newton_pulls(const SpringSystem& system, double dt) {
+std::vector<double> newton_forces(const SpringSystem& system, double dt) {
   BackwardEuler newton(system);
-  return pulls(system, dt, [&](State& state) { newton.step(dt, state); });
+  return support_forces(system, dt, [&](State& state) { newton.step(dt, state); });
 }
 
-std::vector<double> ordered_sweep_pulls(const SpringSystem& system, double dt, int iterations) {
-  return pulls(system, dt, [&](State& state) { xpbd_step(system, dt, iterations, state); });
+std::vector<double> ordered_sweep_forces(const SpringSystem& system, double dt, int iterations) {
+  return support_forces(system, dt, [&](State& state) { xpbd_step(system, dt, iterations, state); });
 }
 
-std::vector<double> malha_pulls(const System& system, const ChainSetting& setting, int iterations) {
+std::vector<double> malha_forces(const System& system, const ChainSetting& setting, int iterations) {
   Simulation simulation(scene_of(setting, iterations), {.threads = 1});
-  return pulls(system, setting.dt, [&](State& state) {
+  return support_forces(system, setting.dt, [&](State& state) {
     simulation.step();
     state = {flat(simulation.positions()), flat(simulation.velocities())};
   });
 }
 
 /// The largest errors relative to the run's largest force and to the frame's own, and the error of the largest force.
-Json errors(const std::vector<double>& pull, const std::vector<double>& truth) {
+Json errors(const std::vector<double>& force, const std::vector<double>& truth) {
   const double most = *std::max_element(truth.begin(), truth.end());
   double of_most = 0, of_own = 0;
   for (int k = 0; k < kChainFrames; ++k) {
-    of_most = std::max(of_most, std::abs(pull[k] - truth[k]) / most);
-    of_own = std::max(of_own, std::abs(pull[k] - truth[k]) / truth[k]);
+    of_most = std::max(of_most, std::abs(force[k] - truth[k]) / most);
+    of_own = std::max(of_own, std::abs(force[k] - truth[k]) / truth[k]);
   }
   return {{"of_most", of_most},
           {"of_own", of_own},
-          {"of_peak", std::abs(*std::max_element(pull.begin(), pull.end()) / most - 1)},
-          {"pull_n", pull}};
+          {"of_peak", std::abs(*std::max_element(force.begin(), force.end()) / most - 1)},
+          {"pull_n", force}};
 }
 
 Json run_chain(const ChainSetting& setting) {
   const std::unique_ptr<SpringSystem> rope = spring_system(scene_of(setting, 1));
   const SpringSystem chain =
       chain_system(std::vector<double>(kChainParticles, 1.0), setting.spacing, kStiffness, {1, 0, 0}, rope->gravity);
-  const std::vector<double> truth = newton_pulls(*rope, setting.dt), chain_truth = newton_pulls(chain, setting.dt);
+  const std::vector<double> truth = newton_forces(*rope, setting.dt), chain_truth = newton_forces(chain, setting.dt);
   Json cell{{"newton_n", truth}};
   for (const int n : kIterations)
-    cell[std::to_string(n)] = {{"malha", errors(malha_pulls(*rope, setting, n), truth)},
-                               {"in_order", errors(ordered_sweep_pulls(*rope, setting.dt, n), truth)},
-                               {"in_order_1kg", errors(ordered_sweep_pulls(chain, setting.dt, n), chain_truth)}};
+    cell[std::to_string(n)] = {{"malha", errors(malha_forces(*rope, setting, n), truth)},
+                               {"in_order", errors(ordered_sweep_forces(*rope, setting.dt, n), truth)},
+                               {"in_order_1kg", errors(ordered_sweep_forces(chain, setting.dt, n), chain_truth)}};
   return cell;
 }
 
 Chart chart_of(const ChainSetting& setting, const Json& cell) {
-  Chart chart{"chain", formatted("set xlabel 'frame'\nset ylabel 'pull at the support (N)'\nset title 'XPBD 2016, 6.2: "
-                                 "a chain of 20 particles swings down (step %.4g s, spacing %g m)'\n",
-                                 setting.dt, setting.spacing)};
-  const auto add = [&chart](const Json& pull, const std::string& style, const std::string& title) {
+  Chart chart{"chain",
+              formatted("set xlabel 'frame'\nset ylabel 'force at the support (N)'\nset title 'XPBD 2016, 6.2: "
+                        "a chain of 20 particles swings down (step %.4g s, spacing %g m)'\n",
+                        setting.dt, setting.spacing)};
+  const auto add = [&chart](const Json& force, const std::string& style, const std::string& title) {
     std::string points;
-    for (int k = 0; k < kChainFrames; ++k) points += formatted("%d %g\n", k + 1, pull[k].get<double>());
+    for (int k = 0; k < kChainFrames; ++k) points += formatted("%d %g\n", k + 1, force[k].get<double>());
     chart.series.push_back({points, style, title});
   };
   add(cell["50"]["malha"]["pull_n"], "with lines lw 2 lc rgb '#d55e00'", "malha, 50 iterations");
@@ -122,7 +123,7 @@ Chart chart_of(const ChainSetting& setting, const Json& cell) {
 }
 
 void add_chain(Cells& cells, Findings& findings) {
-  Section section{"XPBD 2016, section 6.2: the pull at the support of a falling chain"};
+  Section section{"XPBD 2016, section 6.2: the force at the support of a falling chain"};
   section.table.columns = {"step, s",
                            "spacing, m",
                            "iterations",
@@ -130,8 +131,8 @@ void add_chain(Cells& cells, Findings& findings) {
                            "malha",
                            "plain sweep from the support",
                            "the same, last particle 1 kg",
-                           "malha, error of the largest pull",
-                           "malha, of the frame's own"};
+                           "malha, error of the largest force",
+                           "malha, relative to the same frame"};
   double closest = 1e300, largest_difference = 0;
   ChainSetting best{};
   Json best_cell;
@@ -153,7 +154,7 @@ void add_chain(Cells& cells, Findings& findings) {
       off += std::abs(std::log(ours / kPrinted[k]));
       largest_difference = std::max(largest_difference, std::abs(std::log(ours / plain)));
       findings.rows.push_back({{"case", "chain of 2016"},
-                               {"what", "largest error of the pull at the support, of its largest"},
+                               {"what", "largest error of the force at the support, relative to its largest"},
                                {"dt_s", setting.dt},
                                {"spacing_m", setting.spacing},
                                {"iterations", kIterations[k]},

@@ -98,13 +98,13 @@ std::vector<int> scaling_threads(int cores) {
 }
 
 Json scaling_cell(const ClothMethod& method, const std::vector<ScalingRun>& lines, const Cells& cells) {
-  double held = 0, largest = 0;
+  double total = 0, largest = 0;
   for (const ScalingRun& line : lines) {
     const double particles = static_cast<double>(line.side) * line.side;
-    held += method.memory_bytes(particles), largest = std::max(largest, method.setup_peak_bytes(particles));
+    total += method.memory_bytes(particles), largest = std::max(largest, method.setup_peak_bytes(particles));
   }
-  if (const auto has = static_cast<double>(available_memory()); held + largest > 0.8 * has)
-    return {{"left_out", "all together take " + in_gib(held + largest) + ", and " + in_gib(has) + " are free"}};
+  if (const auto has = static_cast<double>(available_memory()); total + largest > 0.8 * has)
+    return {{"left_out", "all together take " + in_gib(total + largest) + ", and " + in_gib(has) + " are free"}};
 
   double load = 0;
   if (getloadavg(&load, 1) != 1) load = 0;

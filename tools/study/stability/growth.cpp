@@ -86,7 +86,7 @@ Section growth_by_order(Cells& cells, Json& rows) {
   const Shape shell = SphereShape{0.5, 2};
   const std::vector<ConstraintSpec> lengths{of_kind("distance")};
   Scene springs = body_in_vacuum(shell, lengths, 1);
-  springs.bodies[0].constraints[0].compliance = 1;  // which linearised_sweep() does not look at
+  springs.bodies[0].constraints[0].compliance = 1;  // required by spring_system(); linearised_sweep() does not use it
   const auto system = spring_system(springs);
   std::vector<int> in_order(system->springs.size());
   std::iota(in_order.begin(), in_order.end(), 0);

@@ -100,7 +100,7 @@ Section substeps_failure(Cells& cells, Json& rows) {
   const auto system = spring_system(hanging_sheet(17, 1, 0.2, 1));
   const std::vector<int> order = order_by_colour(*system);
   LineChart lines{"substeps",
-                  "Float at many substeps: 17 x 17 particles held at one row, after 0.5 s",
+                  "Float with many substeps: 17 x 17 particles pinned at one row, after 0.5 s",
                   "substeps a frame of 1/60 s",
                   "RMS distance of float from double (m)",
                   {}};

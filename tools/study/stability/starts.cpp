@@ -125,7 +125,7 @@ double count_intersections(double speed, const Cells& cells) {
 
 Section start_failure(Cells& cells, Json& rows) {
   const int n = cells.quick() ? 7 : 17;
-  Section section{formatted("Random and collapsed starts: %d x %d particles held at two corners", n, n)};
+  Section section{formatted("Random and collapsed starts: %d x %d particles pinned at two corners", n, n)};
   section.table.columns = {"start",       "method",    "RMS strain at the start",
                            "after 0.5 s", "after 3 s", "without a direction"};
   const std::vector<std::pair<Start, std::string>> starts{
