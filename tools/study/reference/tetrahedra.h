@@ -30,8 +30,8 @@ class TetrahedronSystem : public System {
 /// The system of a scene whose only body is neo_hookean.
 std::unique_ptr<TetrahedronSystem> tetrahedron_system(const Scene& scene);
 
-/// The equilibrium that damped motion from `start` reaches: explicit steps whose velocities are set to zero whenever the
-/// kinetic energy falls, until the largest acceleration is below `tolerance` times gravity.
+/// The equilibrium that damped motion from `start` reaches: explicit steps whose velocities are set to zero whenever
+/// the kinetic energy falls, until the largest acceleration is below `tolerance` times gravity.
 Vector relax_to_rest(const System& system, double tolerance);
 
 }  // namespace malha::study
