@@ -91,8 +91,8 @@ class Reader {
   std::string place() const { return "line " + std::to_string(line_); }
 
  private:
-  void same(const char* key, const Json& found, const Json& allowed, const std::string& words) const {
-    if (found != allowed) refuse(std::string(key) + " " + found.dump(), allowed.dump() + words);
+  void same(const char* key, const Json& found, const Json& allowed, const std::string& text) const {
+    if (found != allowed) refuse(std::string(key) + " " + found.dump(), allowed.dump() + text);
   }
 
   std::string file_, text_;
@@ -129,7 +129,7 @@ std::string journal_name(const std::string& study, bool quick, const std::option
 Json journal_head(const std::string& study, bool quick, const Json& build, const Json& program,
                   const std::optional<Share>& share, const bench::RunsOn& on) {
   Json head{{"study", study}, {"quick", quick}, {"build", build}, {"program", program}};
-  if (const std::string words = on.command_options(); !words.empty()) head["on"] = words;
+  if (const std::string text = on.command_options(); !text.empty()) head["on"] = text;
   if (share) head["share"] = share->text();
   return head;
 }
@@ -140,11 +140,11 @@ Merged merged_shares(const std::vector<fs::path>& folders, const Json& expected,
     if (!known.insert(fs::weakly_canonical(folder)).second)
       refuse("malha study", "--merge", "'" + folder.string() + "' twice", "each folder once");
   Merged merged;
-  struct Place {
-    std::string words;
+  struct CellSource {
+    std::string text;
     std::size_t machine;
   };
-  std::map<std::string, Place> places;
+  std::map<std::string, CellSource> sources;
   for (const fs::path& folder : folders)
     for (const fs::path& file : journals_of(folder, expected)) {
       Reader reader(file, expected);
@@ -165,17 +165,17 @@ Merged merged_shares(const std::vector<fs::path>& folders, const Json& expected,
         if (!line->is_object() || !line->contains("key") || !line->contains("value"))
           reader.refuse("no cell", "a key and its value");
         const std::string key = text_of(*line, "key");
-        const auto [before, fresh] = places.insert({key, {file.string() + ", " + reader.place(), machine}});
+        const auto [before, fresh] = sources.insert({key, {file.string() + ", " + reader.place(), machine}});
         if (fresh)
           merged.cells[key] = line->at("value");  // the first of equal ones
         else if (merged.cells[key] != line->at("value"))
-          reader.refuse(malha::quoted(key) + ", measured again with another result than in " + before->second.words,
+          reader.refuse(malha::quoted(key) + ", measured again with another result than in " + before->second.text,
                         "one journal of each share");
       }
     }
   if (merged.builds.size() > 1)
     for (auto& [key, cell] : merged.cells) {
-      const Json& build = merged.builds[places.at(key).machine];
+      const Json& build = merged.builds[sources.at(key).machine];
       name_machine(cell, maker(build) + "; program " + text_of(build, "program"));
     }
   return merged;
@@ -192,7 +192,7 @@ int Merged::cores() const {
 
 std::string maker(const Json& build) {
   std::string flags, flag;  // the relevant ones; NAME.json has all
-  for (std::istringstream words(text_of(build, "flags")); words >> flag;)
+  for (std::istringstream text(text_of(build, "flags")); text >> flag;)
     if (flag.starts_with("-O") || flag.starts_with("-march") || flag.starts_with("-fsan")) flags += " " + flag;
   return "malha " + text_of(build, "malha_version") + ", " + text_of(build, "compiler") + flags + ", " +
          text_of(build, "instructions") + "; " + machine(build);

@@ -46,7 +46,7 @@ std::vector<OrderLine> order_lines(bool quick) {
 }
 
 /// The positions of the chain's joints at a time.
-using Joints = std::vector<ReferenceChain::Place>;
+using Joints = std::vector<ReferenceChain::Position>;
 Joints joints_at(int edges, double time) {
   static std::map<int, std::vector<Joints>> known;  // after each step
   std::vector<Joints>& all = known[edges];

@@ -9,7 +9,7 @@ namespace malha::study {
 
 namespace {
 
-using Joint = ReferenceChain::Place;
+using Joint = ReferenceChain::Position;
 
 constexpr int kMostNewton = 50;
 constexpr double kChainExact = 1e-12;  // in squared link lengths
@@ -75,7 +75,7 @@ double ReferenceChain::potential() const {
   return sum;
 }
 
-ReferenceChain::Place ReferenceChain::at(double along) const {
+ReferenceChain::Position ReferenceChain::at(double along) const {
   const double place = std::clamp(along / link_, 0.0, static_cast<double>(x_.size() - 1));
   const std::size_t e = std::min(static_cast<std::size_t>(place), x_.size() - 2);
   const double part = place - static_cast<double>(e);

@@ -12,20 +12,20 @@ namespace malha::study {
 /// double.
 class ReferenceChain {
  public:
-  using Place = std::array<double, 2>;  // m, upwards and away from the pinned joint
+  using Position = std::array<double, 2>;  // m, upwards and away from the pinned joint
 
   ReferenceChain(int links, double length, double gravity);
   void step(double h);
-  const std::vector<Place>& joints() const { return x_; }
+  const std::vector<Position>& joints() const { return x_; }
   double kinetic() const;    // J, for a total mass of 1 kg, at the middle of the last step
   double potential() const;  // J
   /// The position at a distance along the chain, m.
-  Place at(double along) const;
+  Position at(double along) const;
 
  private:
   double link_, gravity_, mass_;
   std::vector<double> w_;  // 1/kg
-  std::vector<Place> x_, v_;
+  std::vector<Position> x_, v_;
 };
 
 }  // namespace malha::study
