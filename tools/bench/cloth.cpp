@@ -19,7 +19,7 @@ namespace {
 
 constexpr double kSize = 2, kMass = 1;  // m, kg
 
-/// Writes the mesh into the folder and gives back the file's path.
+/// Writes the mesh into the folder and returns the file's path.
 std::string write_ply(const Mesh& mesh, const std::filesystem::path& folder) {
   const FrameTopology topology{mesh.faces, {}, {}, mesh.points};
   const std::vector<Vec3> still(topology.rest.size());
@@ -53,12 +53,12 @@ Case irregular_case(int particles) {
   return {"irregular", side * side, double(side), file, {"edges"}, folder};
 }
 
-Scene hanging(const Case& which, const Schedule& schedule) {
+Scene hanging_cloth(const Case& which, const Schedule& schedule) {
   ConstraintSpec distance;
   distance.type = "distance";
   distance.elements = which.on;
   BodySpec body;
-  body.name = which.name + " " + std::to_string(which.n) + ", " + schedule.name();  // a refusal or divergence names it
+  body.name = which.name + " " + std::to_string(which.n) + ", " + schedule.name();  // messages quote it
   body.shape = which.shape;
   body.mass = kMass;
   body.constraints = {distance};

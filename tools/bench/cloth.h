@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The cloth that the benchmark hangs by one side, as a scene for malha and as plain lists for other libraries.
+// The hanging cloth of the benchmarks: a scene for malha, and plain lists for other libraries.
 #pragma once
 #include <filesystem>
 #include <memory>
@@ -12,7 +12,7 @@ namespace malha::bench {
 
 struct Schedule {
   int substeps = 10, iterations = 1;
-  bool levels = false;  // "auto"
+  bool levels = false;  // the scene's default, "auto"
   std::string name() const {
     return std::to_string(substeps) + "x" + std::to_string(iterations) + (levels ? " levels" : "");
   }
@@ -20,7 +20,7 @@ struct Schedule {
   bool operator==(const Schedule&) const = default;
 };
 
-/// A folder of its own below the system's for temporary files, gone with this object.
+/// A new folder below the system's folder for temporary files; the destructor removes it.
 class ScratchFolder {
  public:
   ScratchFolder();
@@ -37,26 +37,26 @@ class ScratchFolder {
 struct Case {
   std::string name;  // "grid" or "irregular"
   int n = 0;         // particles a side of the grid; particles of the irregular mesh
-  double side = 0;   // particles a side, for charts: of the irregular mesh the square root of n
+  double side = 0;   // particles a side, for charts; the square root of n for the irregular mesh
   Shape shape;
-  std::vector<std::string> on;                  // what becomes a distance constraint: "edges", "shear"
-  std::shared_ptr<const ScratchFolder> folder;  // holds the shape's mesh file, if there is one
+  std::vector<std::string> on;                  // elements of the distance constraints: "edges", "shear"
+  std::shared_ptr<const ScratchFolder> folder;  // contains the shape's mesh file; null for the grid
 };
 
 Case grid_case(int side);
-/// About `particles` particles (side * side, see irregular.h), as a PLY file.
+/// An irregular mesh of about `particles` particles (side * side, see irregular.h), written as a PLY file.
 Case irregular_case(int particles);
 
-/// Distance constraints of stiffness 1 and gravity, and nothing else; dt = 1/60 s, float. Levels are a schedule's own,
+/// A scene of distance constraints of stiffness 1 and gravity; dt = 1/60 s, float. The schedule decides about levels,
 /// so that a sweep over the particles alone can be measured too.
-Scene hanging(const Case& which, const Schedule& schedule);
+Scene hanging_cloth(const Case& which, const Schedule& schedule);
 
-/// The scene's only body in the order of its mesh.
+/// The scene's only body; particles are in the order of its mesh.
 struct Cloth {
   std::vector<Vec3> points;  // m
   std::vector<double> mass;  // kg, of pinned particles too
   std::vector<bool> pinned;
-  std::vector<Edge> links;  // those that can move something
+  std::vector<Edge> links;  // without those between two pinned particles
 };
 Cloth cloth_of(const Scene& scene);
 

@@ -20,8 +20,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// A scene with one thing in it, and the pass of a step that does it.
-struct Line {
+/// A scene with one kind of constraint or force, and the pass of a step that computes it.
+struct KindCase {
   std::string what, element;
   Scene scene;
   Pass pass;
@@ -32,7 +32,7 @@ Scene scene_with(BodySpec body) {
   Scene scene;
   scene.file = "malha bench constraints", scene.name = "one kind";
   scene.gravity = {0, -9.81, 0};
-  scene.solver.levels = 0;  // a kind alone
+  scene.solver.levels = 0;  // levels would add their own constraints
   body.name = "body", body.mass = 1;
   scene.bodies = {std::move(body)};
   return scene;
@@ -76,9 +76,9 @@ BodySpec block(int particles) {
   return body;
 }
 
-/// With a stiffness, and with a material's modulus, where the kind knows them.
+/// Adds cases with a stiffness, and with a material's modulus, if the kind has them.
 template <class Kind>
-void add_kind(std::vector<Line>& lines, int particles) {
+void add_kind(std::vector<KindCase>& lines, int particles) {
   constexpr ElementFacts element = facts_of(Kind::element);
   constexpr Strength strength = Kind::strength;
   const auto add = [&](bool with_modulus, const std::string& way) {
@@ -91,15 +91,16 @@ void add_kind(std::vector<Line>& lines, int particles) {
     BodySpec body = element.solid ? block(particles) : sheet(particles);
     body.constraints = {std::move(spec)};
     Scene scene = scene_with(std::move(body));
-    if (Kind::element == Element::Hinges) scene.gravity = {0, 0, 0};  // hold nothing together: a sheet at rest
+    if (Kind::element == Element::Hinges)
+      scene.gravity = {0, 0, 0};  // hinges alone do not hold a sheet together: it is at rest
     lines.push_back({Kind::name + way, element.one, std::move(scene), Pass::FusedSolve, constraints_of});
   };
   if (strength.free) add(false, "");
   if (strength.modulus) add(true, strength.free ? std::string(", ") + strength.modulus : "");
 }
 
-std::vector<Line> plan(int particles) {
-  std::vector<Line> lines;
+std::vector<KindCase> plan(int particles) {
+  std::vector<KindCase> lines;
   for_each_constraint([&]<class Kind>(Kind) { add_kind<Kind>(lines, particles); });
   const auto add = [&](const std::string& what, BodySpec body, Pass pass) {
     lines.push_back({what, "particle", scene_with(std::move(body)), pass, particles_of});
@@ -108,9 +109,9 @@ std::vector<Line> plan(int particles) {
   BodySpec balloon = ball(particles);
   balloon.constraints = {spec_of("pressure", 1)};
   add("pressure", balloon, Pass::Pressure);
-  BodySpec hung = sheet(particles);
-  hung.constraints = {spec_of("long_range", 0.02)};
-  add("long_range", hung, Pass::LongRange);
+  BodySpec hanging = sheet(particles);
+  hanging.constraints = {spec_of("long_range", 0.02)};
+  add("long_range", hanging, Pass::LongRange);
   add("air on faces", sheet(particles), Pass::Air)->wind = Wind{{1, 0, 2}, 0, 1.2};
   BodySpec tied = sheet(particles);
   Attachment& ties = tied.attachments.emplace_back();
@@ -126,14 +127,14 @@ struct KindRow {
   std::string what, element;
   std::int64_t elements = 0, bytes = 0;
   int threads = 1;
-  std::vector<double> ns;  // an element and substep, of each repeat
+  std::vector<double> ns;  // per element and substep, one value a repeat
 };
 
-/// A body whose scene begins anew after so many steps, however long it is measured: some fall freely, and after
-/// minutes of that float has no digits left for their shape.
+/// Steps a case and restarts its scene every kMostSteps steps: some bodies fall freely, and after minutes float has no
+/// digits left for their shape.
 class Runner {
  public:
-  Runner(const Line& line, const RunsOn& on, int threads) : line_(line), on_(on), threads_(threads) { start(); }
+  Runner(const KindCase& line, const RunsOn& on, int threads) : line_(line), on_(on), threads_(threads) { start(); }
 
   void step() {
     if (simulation_->steps() >= kMostSteps) start();
@@ -142,7 +143,7 @@ class Runner {
     seconds_ += pass_seconds() - before, ++steps_;
   }
   const Simulation& simulation() const { return *simulation_; }
-  /// Of the pass, a step, since this was last asked.
+  /// Mean seconds of the pass per step since the last call.
   double seconds_a_step() {
     const double each = seconds_ / static_cast<double>(steps_);
     seconds_ = 0, steps_ = 0;
@@ -153,12 +154,12 @@ class Runner {
   static constexpr std::int64_t kMostSteps = 600;  // 10 s
 
   void start() {
-    simulation_.emplace(line_.scene, on_.options(threads_, true));
+    simulation_.emplace(line_.scene, on_.simulation_options(threads_, true));
     for (int k = 0; k < 3; ++k) simulation_->step();
   }
   double pass_seconds() const { return simulation_->solver().pass_seconds()[static_cast<int>(line_.pass)]; }
 
-  const Line& line_;
+  const KindCase& line_;
   const RunsOn& on_;
   int threads_;
   std::optional<Simulation> simulation_;
@@ -166,8 +167,8 @@ class Runner {
   std::int64_t steps_ = 0;
 };
 
-/// All numbers of threads take turns.
-std::vector<KindRow> measure(const Line& line, const ConstraintOptions& options, const std::vector<int>& threads) {
+/// Measures all numbers of threads in turns.
+std::vector<KindRow> measure(const KindCase& line, const ConstraintOptions& options, const std::vector<int>& threads) {
   std::vector<Runner> runners;
   std::vector<KindRow> rows;
   for (const int t : threads) {
@@ -178,7 +179,7 @@ std::vector<KindRow> measure(const Line& line, const ConstraintOptions& options,
   }
   for (int repeat = 0; repeat < options.repeats; ++repeat)
     for (std::size_t k = 0; k < rows.size(); ++k) {
-      seconds_each([&] { runners[k].step(); }, options.seconds);
+      mean_seconds([&] { runners[k].step(); }, options.seconds);
       const double items = line.scene.solver.substeps * static_cast<double>(rows[k].elements);
       rows[k].ns.push_back(1e9 * runners[k].seconds_a_step() / items);
     }
@@ -212,20 +213,21 @@ std::string table_line(const std::vector<KindRow>& rows) {
 void run_constraints(const ConstraintOptions& options) {
   const std::vector<int> threads = thread_counts(options);
   Output out("constraints", options);
-  out.doing("measuring the machine", 0);
+  out.show_progress("measuring the machine", 0);
   out.facts = machine_facts(threads, options.on);
-  out.print(formatted("Every kind alone on a body of about %d particles, in float, 10 substeps of 1 iteration: ns an "
-                      "element and substep\nof the pass that does it; medians of %d x %g s, threads taking turns. "
-                      "Batched kinds: of the whole step.\n",
+  out.print(formatted("Every kind alone on a body of about %d particles, in float, 10 substeps of 1 iteration: ns per "
+                      "element and substep\nof the kind's pass, or of the whole step for batched kinds; medians of %d "
+                      "x %g s, numbers of "
+                      "threads in turns.\n",
                       options.n, options.repeats, options.seconds) +
             machine_lines(out.facts, ""));
   std::string head = formatted("\n%-28s %9s %-11s %7s", "kind", "elements", "element", "bytes");
   for (const int t : threads) head += formatted(" %5d th.", t);
   out.print(head + "\n");
   std::vector<KindRow> all;
-  const std::vector<Line> lines = plan(options.n);
+  const std::vector<KindCase> lines = plan(options.n);
   for (std::size_t k = 0; k < lines.size(); ++k) {
-    out.doing(lines[k].what, double(k) / double(lines.size()));
+    out.show_progress(lines[k].what, double(k) / double(lines.size()));
     const std::vector<KindRow> rows = measure(lines[k], options, threads);
     out.print(table_line(rows));
     all.insert(all.end(), rows.begin(), rows.end());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// malha bench constraints: what every kind of constraint costs, each alone on a body of its own.
+// malha bench constraints: the time of each kind of constraint, alone on a body.
 #pragma once
 #include "tools/bench/counts.h"
 
@@ -7,12 +7,12 @@ namespace malha::bench {
 
 struct ConstraintOptions : MeasuringOptions {
   ConstraintOptions() { seconds = 0.5; }
-  int n = 100'000;  // particles, about
+  int n = 100'000;  // particles, approximately
 };
 
-/// Runs, prints a table to standard output as it goes, and after each line writes constraints.json (the rows),
-/// constraints_machine.json and constraints.txt into the folder. Throws Diverged, and std::runtime_error where
-/// something cannot be written.
+/// Runs the benchmark and prints its table line by line to standard output. After each line it writes
+/// constraints.json (the rows), constraints_machine.json and constraints.txt into the folder. Throws Diverged, and
+/// std::runtime_error if a file cannot be written.
 void run_constraints(const ConstraintOptions& options);
 
 }  // namespace malha::bench

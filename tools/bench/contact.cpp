@@ -26,11 +26,12 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// A case, and the part of its scene in which contacts are many: steps before it is measured.
+/// A scene, and how many steps it runs before the measurement, so that many particles are in contact by then.
 struct ContactCase {
   std::string name;
   int warm_up;
-  std::string scan = {};  // of a turning scan under a cloth: its mesh, its scale and the cloth's cells a side
+  // For a cloth on a turning scan: the scan's mesh and scale, and the cloth's cells a side.
+  std::string scan = {};
   double scale = 0;
   int cells = 0;
 };
@@ -50,8 +51,8 @@ const std::vector<ContactCase>& all_contact_cases() {
 
 bool is_drape(const ContactCase& which) { return which.name == "drape_bunny" || !which.scan.empty(); }
 
-/// ms of a frame by Bullet, from where the simulation is: the median of so many; NaN where it is not asked, or not
-/// there.
+/// Median time of a frame by Bullet in ms, which starts in the state of the simulation. NaN if `frames` is 0, if the
+/// case is no cloth on a mesh, or if malha was built without Bullet.
 double bullet_ms([[maybe_unused]] const ContactCase& which, [[maybe_unused]] const Simulation& simulation,
                  [[maybe_unused]] int frames) {
 #if defined(MALHA_HAS_BULLET)
@@ -65,7 +66,7 @@ double bullet_ms([[maybe_unused]] const ContactCase& which, [[maybe_unused]] con
 #endif
 }
 
-/// A cloth of 1.6 m that falls onto a scan turning at 450 degrees/s.
+/// A cloth of 1.6 m falls onto a scan that turns at 450 degrees/s.
 Scene turning_scan(const ContactCase& which, const std::string& folder) {
   Scene scene;
   scene.file = "malha bench", scene.name = which.name, scene.gravity = {0, -9.81, 0};
@@ -87,7 +88,7 @@ Scene turning_scan(const ContactCase& which, const std::string& folder) {
   return scene;
 }
 
-/// Without self-collision, which the benchmark does not measure.
+/// The case's scene without self-collision, which this benchmark does not measure.
 Scene contact_scene(const ContactCase& which, const std::string& folder) {
   if (!which.scan.empty()) return turning_scan(which, folder);
   Scene scene = load_scene(folder + "/" + which.name + ".json");
@@ -106,22 +107,23 @@ double contact_seconds(const Solver& solver) {
   return passes[static_cast<int>(Pass::Collision)] + passes[static_cast<int>(Pass::Contact)];
 }
 
-struct ContactLine {
+struct ContactRun {
   Simulation simulation;
   int threads;
   std::string hash_after_warm_up = {};
   ContactStats at_start{};
-  std::int64_t first = 0;  // step
-  // A number a turn: ns a particle and substep of the two passes by the clock, ms a step, and of the processor.
+  std::int64_t first = 0;  // first measured step
+  // One value a turn: ns per particle and substep of the two passes (wall clock), ms per step (wall clock), and ms of
+  // processor time per step.
   std::vector<double> contact = {}, step = {}, processor = {};
 };
 
-/// One turn: at least `enough` seconds of steps.
-void take_contact_turn(ContactLine& line, double enough) {
+/// Runs steps for at least `min_seconds` and adds their times.
+void run_contact_turn(ContactRun& line, double min_seconds) {
   const Solver& solver = line.simulation.solver();
   const double before = contact_seconds(solver), processor = process_seconds();
   const std::int64_t first = line.simulation.steps();
-  const double step = seconds_each([&] { line.simulation.step(); }, enough);
+  const double step = mean_seconds([&] { line.simulation.step(); }, min_seconds);
   const auto steps = static_cast<double>(line.simulation.steps() - first);
   const double per =
       1e9 / (static_cast<double>(line.simulation.model().scene.solver.substeps) * line.simulation.model().count());
@@ -130,9 +132,10 @@ void take_contact_turn(ContactLine& line, double enough) {
   line.processor.push_back(1e3 * (process_seconds() - processor) / steps);
 }
 
-/// Bytes of a particle and substep that must move whatever finds the contacts: both first tests read where each
-/// particle was, is and goes (18 numbers), and one slot of each that is near is read and written.
-double floor_bytes(const ContactLine& line, const ContactStats& facts) {
+/// Bytes that must move per particle and substep, whatever detects the contacts: both first tests read each
+/// particle's previous position, position and prediction (18 numbers), and one slot of each near particle is read and
+/// written.
+double floor_bytes(const ContactRun& line, const ContactStats& facts) {
   const Model& model = line.simulation.model();
   const bool in_double = model.scene.solver.precision == Precision::Double;
   const double number = in_double ? 8 : 4;
@@ -141,7 +144,7 @@ double floor_bytes(const ContactLine& line, const ContactStats& facts) {
   return meshes * 2 * (6 * number + 16) + 2 * slot * facts.near / model.count();
 }
 
-Json contact_row(const ContactCase& which, const ContactLine& line, double gb_per_s, double bullet) {
+Json contact_row(const ContactCase& which, const ContactRun& line, double gb_per_s, double bullet) {
   const Model& model = line.simulation.model();
   const ContactStats facts = line.simulation.solver().facts().contact.value();
   const auto steps = static_cast<double>(line.simulation.steps() - line.first);
@@ -179,7 +182,7 @@ std::string printed_contact(const Json& row) {
 }  // namespace
 
 const std::vector<std::string>& contact_cases() {
-  static const std::vector<std::string> names = names_of(all_contact_cases());
+  static const std::vector<std::string> names = case_names(all_contact_cases());
   return names;
 }
 
@@ -187,23 +190,26 @@ void run_contact(const ContactOptions& options) {
   const std::vector<int> threads = thread_counts(options);
   Output out("contact", options);
   out.facts = machine_facts(threads, options.on);
-  out.print(formatted("Contact with the environment: the passes collision and contact by the clock, in ns a particle "
-                      "and substep, and what\nmust move by the triad. %d x %g s a line, taking turns; medians.\n",
-                      options.repeats, options.seconds) +
-            machine_lines(out.facts, "") +
-            "case            particles thr   contact   floor   step ms processor     looks   queries    near  far B "
-            "near B lists MiB Bullet ms\n");
+  out.print(
+      formatted(
+          "Contact with the environment: wall time of the passes collision and contact, in ns per particle "
+          "and substep, and its floor,\nthe bytes that must move at the triad's bandwidth. %d x %g s a line, in turns; "
+          "medians.\n",
+          options.repeats, options.seconds) +
+      machine_lines(out.facts, "") +
+      "case            particles thr   contact   floor   step ms processor   by list   queries    near  far B "
+      "near B lists MiB Bullet ms\n");
   Json rows = Json::array();
   for (const ContactCase& which : all_contact_cases()) {
     if (!options.cases.empty() &&
         std::find(options.cases.begin(), options.cases.end(), which.name) == options.cases.end())
       continue;
     const Scene scene = contact_scene(which, options.scenes);
-    std::vector<ContactLine> lines;
+    std::vector<ContactRun> lines;
     for (const int count : threads) {
-      out.doing(which.name, double(lines.size()) / double(threads.size()));
-      lines.push_back({Simulation(scene, options.on.options(count, true)), count});
-      ContactLine& line = lines.back();
+      out.show_progress(which.name, double(lines.size()) / double(threads.size()));
+      lines.push_back({Simulation(scene, options.on.simulation_options(count, true)), count});
+      ContactRun& line = lines.back();
       for (int step = 0; step < which.warm_up; ++step) line.simulation.step();
       line.first = which.warm_up;
       if (which.warm_up > 0) line.at_start = line.simulation.solver().facts().contact.value();
@@ -211,12 +217,12 @@ void run_contact(const ContactOptions& options) {
     }
     const double bullet = bullet_ms(which, lines.front().simulation, options.bullet_frames);
     for (int turn = 0; turn < options.repeats; ++turn) {
-      out.doing(which.name, double(turn) / options.repeats);
-      for (ContactLine& line : lines) take_contact_turn(line, options.seconds);
+      out.show_progress(which.name, double(turn) / options.repeats);
+      for (ContactRun& line : lines) run_contact_turn(line, options.seconds);
     }
-    for (const ContactLine& line : lines) {
-      rows.push_back(contact_row(which, line,
-                                 memory_gb_per_s(out.facts, options.on.device(), kMemoryBytes, line.threads), bullet));
+    for (const ContactRun& line : lines) {
+      rows.push_back(contact_row(
+          which, line, memory_gb_per_s(out.facts, options.on.is_device(), kMemoryBytes, line.threads), bullet));
       out.print(printed_contact(rows.back()));
     }
     out.write(rows);

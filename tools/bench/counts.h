@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a benchmark is asked for: the numbers and cases that it goes through.
+// Options that all benchmarks share.
 #pragma once
 #include <algorithm>
 #include <string>
@@ -10,17 +10,17 @@
 
 namespace malha::bench {
 
-/// What all benchmarks take.
+/// Options of every benchmark.
 struct MeasuringOptions {
   RunsOn on;
-  std::vector<int> threads;  // empty: 1 and all cores; of a device all cores, for what the host does
+  std::vector<int> threads;  // of the host; empty: 1 and all cores, or all cores alone beside a device
   int repeats = 5;
   double seconds = 1;  // of each repeat
-  std::string json;    // a further file for the rows; empty: none
+  std::string json;    // another file for the rows; empty: none
   std::string out;     // folder; empty: out/bench_NAME
 };
 
-/// Ascending, each once.
+/// The numbers in ascending order, without duplicates.
 inline std::vector<int> sorted(std::vector<int> numbers) {
   std::sort(numbers.begin(), numbers.end());
   numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
@@ -31,12 +31,11 @@ inline int cores() { return static_cast<int>(std::max(1u, std::thread::hardware_
 
 inline std::vector<int> thread_counts(const MeasuringOptions& options) {
   if (!options.threads.empty()) return sorted(options.threads);
-  return options.on.device() ? std::vector{cores()} : sorted({1, cores()});
+  return options.on.is_device() ? std::vector{cores()} : sorted({1, cores()});
 }
 
-/// Of its cases.
 template <class Case>
-std::vector<std::string> names_of(const std::vector<Case>& cases) {
+std::vector<std::string> case_names(const std::vector<Case>& cases) {
   std::vector<std::string> names;
   for (const Case& one : cases) names.emplace_back(one.name);
   return names;

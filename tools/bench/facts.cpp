@@ -15,7 +15,7 @@ namespace malha::bench {
 using Json = nlohmann::ordered_json;
 
 Json build_facts() {
-  const Json report = Json::parse(Simulation(hanging(grid_case(3), {})).report("benchmark"));
+  const Json report = Json::parse(Simulation(hanging_cloth(grid_case(3), {})).report("benchmark"));
   Json facts;
   for (const char* key : {"malha_version", "compiler", "flags", "instructions", "cpu"}) facts[key] = report.at(key);
   facts["cores"] = cores();
@@ -24,7 +24,7 @@ Json build_facts() {
 
 Json machine_facts(const std::vector<int>& threads, const RunsOn& on) {
   Json facts = build_facts();
-  if (on.device()) {
+  if (on.is_device()) {
     const DeviceStats device = cuda_device();
     facts["device"] = device.name, facts["device_gb_per_s"] = device.bytes_per_second * 1e-9;
   }

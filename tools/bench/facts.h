@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What was measured on, and how fast that is.
+// Description of the machine that ran a benchmark, with its measured bandwidths.
 #pragma once
 #include <nlohmann/json_fwd.hpp>
 #include <string>
@@ -9,16 +9,16 @@
 
 namespace malha::bench {
 
-/// Build, CPU and cores.
+/// Version and flags of the build, CPU and number of cores.
 nlohmann::ordered_json build_facts();
 
-/// The same, and the triad from memory on each number of threads; of a device its name and bandwidth.
+/// build_facts() and the triad's bandwidth from memory on each number of threads; for a device its name and bandwidth.
 nlohmann::ordered_json machine_facts(const std::vector<int>& threads, const RunsOn& on = {});
 
-/// What a row's memory can do: of a device as the facts have it, of the host by the triad, now.
+/// Memory bandwidth for a row, in GB/s: a device's from the facts, the host's by a triad that runs now.
 double memory_gb_per_s(const nlohmann::ordered_json& facts, bool on_device, std::size_t bytes, int threads);
 
-/// Build and CPU, and then a line of those bandwidths. `peer`: "Bullet 3.24", or nothing.
+/// A line of build and CPU, and one of the bandwidths. `peer`: name and version, as "Bullet 3.24"; empty: no peer.
 std::string machine_lines(const nlohmann::ordered_json& facts, const std::string& peer);
 
 /// An entry {threads, gb_per_s} for each number of threads.

@@ -15,15 +15,16 @@ namespace malha::bench {
 
 namespace {
 
-/// A string as gnuplot takes it.
+/// Quotes a string for gnuplot.
 std::string quote(const std::string& text) {
   std::string quoted = "'";
   for (const char letter : text) quoted += letter == '\'' ? "''" : std::string(1, letter);
   return quoted + "'";
 }
 
-/// Where a caption stands, as it is: no letter of it is a sign of gnuplot's.
-constexpr const char* kBelow = " at screen 0.01, screen 0.025 left noenhanced font ',10' textcolor rgb '#555555'\n";
+/// Place and font of a caption; "noenhanced" keeps gnuplot from reading its letters as markup.
+constexpr const char* kCaptionPlace =
+    " at screen 0.01, screen 0.025 left noenhanced font ',10' textcolor rgb '#555555'\n";
 
 std::string script(const std::string& settings, const std::vector<Series>& series, const std::string& svg,
                    const std::string& png, const std::string& caption) {
@@ -35,7 +36,7 @@ std::string script(const std::string& settings, const std::vector<Series>& serie
   }
   text << "set key outside right center Left reverse spacing 1.3\n"
        << "set grid lt 1 lw 1 lc rgb '#dddddd'\nset border 3\nset tics nomirror\n"
-       << settings << (caption.empty() ? "" : "set bmargin 5.5\nset label 999 " + quote(caption) + kBelow)
+       << settings << (caption.empty() ? "" : "set bmargin 5.5\nset label 999 " + quote(caption) + kCaptionPlace)
        << "set terminal svg size 1100,620 font 'sans,15' background rgb 'white'\nset output " << quote(svg) << "\n"
        << plot.str() << "\nset terminal pngcairo size 1600,900 font 'sans,15' background rgb 'white'\nset output "
        << quote(png) << "\n"
@@ -43,9 +44,9 @@ std::string script(const std::string& settings, const std::vector<Series>& serie
   return text.str();
 }
 
-/// The exit status of gnuplot fed with the script; 127 where there is none.
+/// Runs gnuplot on the script and returns its exit status; 127 if it is not installed.
 int feed_gnuplot(const std::string& text) {
-  const auto before = std::signal(SIGPIPE, SIG_IGN);  // where it ends early, its status says so
+  const auto before = std::signal(SIGPIPE, SIG_IGN);  // if gnuplot ends early, its status tells
   std::FILE* pipe = popen("command -v gnuplot >/dev/null || exit 127; exec gnuplot", "w");
   int status = 127;
   if (pipe != nullptr) {
@@ -57,7 +58,7 @@ int feed_gnuplot(const std::string& text) {
   return status;
 }
 
-/// The last point of a series, and the least and the most of all its values.
+/// The last point of a series, and the range of all its values.
 struct Extent {
   double x = 0, y = 0, least = 1e300, most = 0;
 };
@@ -75,9 +76,9 @@ Extent extent(const std::string& data) {
   return all;
 }
 
-/// Rising heights as little moved as keeps them this far apart: half of what moves all up, and half of what moves all
+/// Moves ascending heights apart until neighbours differ by `gap`: the mean of moving all of them up, and all of them
 /// down.
-std::vector<double> apart(const std::vector<double>& heights, double gap) {
+std::vector<double> with_least_gap(const std::vector<double>& heights, double gap) {
   std::vector<double> up = heights, down = heights;
   for (std::size_t k = 1; k < up.size(); ++k) up[k] = std::max(up[k], up[k - 1] + gap);
   for (std::size_t k = down.size(); k-- > 1;) down[k - 1] = std::min(down[k - 1], down[k] - gap);
@@ -87,7 +88,7 @@ std::vector<double> apart(const std::vector<double>& heights, double gap) {
 
 }  // namespace
 
-std::string names_at_ends(const std::vector<Series>& all, bool logarithmic) {
+std::string label_series_ends(const std::vector<Series>& all, bool logarithmic) {
   double least = 1e300, most = 0;
   for (const Series& series : all) {
     const Extent of = extent(series.data);
@@ -96,7 +97,7 @@ std::string names_at_ends(const std::vector<Series>& all, bool logarithmic) {
   const auto scale = [&](double y) { return logarithmic ? std::log10(y) : y; };
   const double low = logarithmic ? std::floor(scale(least)) : 0;
   const double high = logarithmic ? std::max(std::ceil(scale(most)), low + 1) : 1.05 * most;
-  std::map<double, std::vector<std::pair<double, const Series*>>> ends;  // by their places on the axis, from below
+  std::map<double, std::vector<std::pair<double, const Series*>>> ends;  // by x; each with its height in the chart
   for (const Series& series : all) {
     const Extent of = extent(series.data);
     ends[of.x].emplace_back((scale(of.y) - low) / (high - low), &series);
@@ -108,8 +109,8 @@ std::string names_at_ends(const std::vector<Series>& all, bool logarithmic) {
     std::stable_sort(group.begin(), group.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
     std::vector<double> heights;
     for (const auto& end : group) heights.push_back(end.first);
-    constexpr double line = 0.047;  // of the height of a chart
-    heights = apart(heights, line);
+    constexpr double line = 0.047;  // height of a line of text, in heights of the chart
+    heights = with_least_gap(heights, line);
     for (std::size_t k = 0; k < group.size(); ++k) {
       const Series& series = *group[k].second;
       const std::size_t colour = series.style.find("rgb '");
@@ -135,7 +136,7 @@ std::string draw(const std::string& settings, const std::vector<Series>& series,
     if (!error) return "";
   }
   fs::remove(new_svg, ignored), fs::remove(new_png, ignored);
-  if (status == 127) return "gnuplot is not here (Debian: gnuplot-nox)";
+  if (status == 127) return "gnuplot is not installed (Debian: gnuplot-nox)";
   return status != 0 ? "gnuplot failed" : "cannot write " + svg.string() + ": " + error.message();
 }
 

@@ -8,7 +8,7 @@ namespace malha::bench {
 
 namespace {
 
-/// SplitMix64 (Steele, Lea, Flood 2014): integers alone, so that every platform draws the same.
+/// SplitMix64 (Steele, Lea, Flood 2014). It uses integers only, so that every platform draws the same numbers.
 class Random {
  public:
   std::uint64_t operator()() {
@@ -18,7 +18,7 @@ class Random {
     return z ^ (z >> 31);
   }
   int below(int n) { return static_cast<int>((*this)() % static_cast<std::uint64_t>(n)); }
-  /// In [-1, 1).
+  /// A uniform number in [-1, 1).
   double sign() { return static_cast<double>((*this)() >> 11) * 0x1p-52 - 1; }
 
  private:
@@ -30,7 +30,7 @@ void shuffle(std::vector<T>& list, Random& random) {
   for (int i = static_cast<int>(list.size()) - 1; i > 0; --i) std::swap(list[i], list[random.below(i + 1)]);
 }
 
-/// Triangles by their half-edges: number 3 t + k runs from corner k of triangle t to the next corner.
+/// A half-edge mesh: half-edge 3 t + k leads from corner k of triangle t to the next corner.
 class Sheet {
  public:
   Sheet(int side, double size) : side_(side), cell_(size / (side - 1)), size_(size) {
@@ -61,7 +61,7 @@ class Sheet {
   }
 
   void place_points() {
-    constexpr double jitter = 0.2;  // of a cell: below 0.25 no triangle can turn over
+    constexpr double jitter = 0.2;  // in cells; below 0.25 no triangle can be inverted
     for (int z = 0; z < side_; ++z)
       for (int x = 0; x < side_; ++x) points_.push_back({place(x, jitter), 0, place(z, jitter)});
   }
@@ -85,7 +85,7 @@ class Sheet {
     link();
   }
 
-  /// Finds the other half of every edge: -1 on the border.
+  /// Finds the twin of every half-edge: -1 on the border.
   void link() {
     twin_.assign(corner_.size(), -1);
     std::vector<std::vector<int>> leaving(points_.size());
@@ -112,7 +112,7 @@ class Sheet {
     return 3.4641016151377544 * twice_area > 0.5 * squares;
   }
 
-  /// Replaces the edge by the other diagonal of its two triangles, where that leaves good triangles and valences.
+  /// Flips the edge to the other diagonal of its two triangles, if triangles and valences stay good.
   void flip(int h) {
     const int g = twin_[h];
     if (g < 0) return;
@@ -139,8 +139,8 @@ class Sheet {
   double cell_, size_;
   Random random_;
   std::vector<Vec3> points_;
-  std::vector<int> corner_, twin_;  // of each half-edge: where it starts, and its other half
-  std::vector<int> valence_;        // edges of each point
+  std::vector<int> corner_, twin_;  // per half-edge: the point where it starts, and the opposite half-edge
+  std::vector<int> valence_;        // number of edges of each point
 };
 
 }  // namespace

@@ -14,7 +14,7 @@ namespace malha::bench {
 
 namespace {
 
-/// The best of several rounds.
+/// The highest bandwidth of several rounds.
 double best_gb_per_s(std::size_t bytes, int threads, double (Streams::*pass)(std::size_t, double) const) {
   const Pinned pinned(threads);
   const Streams streams(bytes, threads);
@@ -23,12 +23,12 @@ double best_gb_per_s(std::size_t bytes, int threads, double (Streams::*pass)(std
   return best;
 }
 
-/// x = 2 / sqrt(x), again and again.
+/// Independent chains of x = 2 / sqrt(x).
 template <class Isa>
 struct Chains {
   static constexpr int chains = 8;  // enough that latency does not count, few enough for 16 registers
   static constexpr int turns = 20000;
-  volatile float* wanted;
+  volatile float* sink;
   int round;
   KERNEL void operator()(int) const {
     using S = Lane<float, Isa>;
@@ -36,7 +36,7 @@ struct Chains {
     for (int k = 0; k < chains; ++k) x[k] = S(1.5f + float(k + round));
     for (int turn = 0; turn < turns; ++turn)
       for (int k = 0; k < chains; ++k) x[k] = S(2.0f) / sqrt(x[k]);
-    for (int k = 0; k < chains; ++k) *wanted = *wanted + lane(x[k], 0);
+    for (int k = 0; k < chains; ++k) *sink = *sink + lane(x[k], 0);
   }
 };
 
@@ -49,7 +49,7 @@ double read_gb_per_s(std::size_t bytes, int threads) { return best_gb_per_s(byte
 double cache_bytes() {
   double largest = 0;
   for (int index = 0; index < 8; ++index) {
-    // sysconf would give the sum over all of a processor's.
+    // sysconf would return the sum over all caches of the processor.
     std::ifstream file("/sys/devices/system/cpu/cpu0/cache/index" + std::to_string(index) + "/size");
     double size = 0;
     char unit = 'K';
@@ -61,12 +61,12 @@ double cache_bytes() {
 double root_and_quotient_ns() {
   constexpr int rounds = 15;
   double best = 1e9;
-  volatile float wanted = 0;  // or the compiler would leave the work out
+  volatile float sink = 0;  // keeps the compiler from removing the work
   for_each_isa([&]<class Isa>(Isa isa) {
     if (Isa::value != widest_instructions()) return;
     using Work = Chains<Isa>;
     for (int round = 0; round < rounds; ++round) {
-      const double time = seconds([&] { run(isa, Work{&wanted, round}, 0, 1); });
+      const double time = seconds([&] { run(isa, Work{&sink, round}, 0, 1); });
       best = std::min(best, time * 1e9 / (double(Work::turns) * Work::chains * kLanes<float, Isa>));
     }
   });

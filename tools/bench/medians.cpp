@@ -12,7 +12,7 @@ double median(std::vector<double> values) {
   return values.size() % 2 ? values[half] : (values[half - 1] + values[half]) / 2;
 }
 
-double seconds_each(const std::function<void()>& work, double enough) {
+double mean_seconds(const std::function<void()>& work, double min_seconds) {
   using Clock = std::chrono::steady_clock;
   const auto start = Clock::now();
   std::chrono::duration<double> elapsed{};
@@ -21,7 +21,7 @@ double seconds_each(const std::function<void()>& work, double enough) {
     work();
     ++times;
     elapsed = Clock::now() - start;
-  } while (elapsed.count() < enough);
+  } while (elapsed.count() < min_seconds);
   return elapsed.count() / times;
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Those who are compared take turns, so that what else the machine does hits them alike.
+// Mean and median times. Measurements that are compared are taken in turns, so that other load of the machine affects
+// all of them alike.
 #pragma once
 #include <functional>
 #include <vector>
@@ -8,10 +9,10 @@ namespace malha::bench {
 
 double median(std::vector<double> values);
 
-/// Seconds that work() takes, the mean over at least `enough` seconds.
-double seconds_each(const std::function<void()>& work, double enough);
+/// Mean seconds of a call of work(), which is repeated for at least `min_seconds`.
+double mean_seconds(const std::function<void()>& work, double min_seconds);
 
-/// The median over the turns of a / b.
+/// The median of a[turn] / b[turn].
 double median_ratio(const std::vector<double>& a, const std::vector<double>& b);
 
 }  // namespace malha::bench

@@ -7,7 +7,7 @@
 
 namespace malha::bench {
 
-void prepare(const std::filesystem::path& file) {
+void require_writable(const std::filesystem::path& file) {
   if (const auto folder = file.parent_path(); !folder.empty()) make_folder(folder);
   check_writable(file);
 }
@@ -20,7 +20,7 @@ Output::Output(const std::string& name, const MeasuringOptions& options)
       table_(folder_ / (name + ".txt")),
       json_(options.json) {
   for (const auto& file : {rows_, machine_, table_, json_})
-    if (!file.empty()) prepare(file);
+    if (!file.empty()) require_writable(file);
 }
 
 void Output::print(const std::string& lines) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where the results of a benchmark go: the screen, and files in a folder.
+// Output of a benchmark's results: on the screen, and as files in a folder.
 #pragma once
 #include <cstdio>
 #include <filesystem>
@@ -11,22 +11,22 @@
 
 namespace malha::bench {
 
-/// NAME.json (the rows), NAME_machine.json and NAME.txt (what was printed) in the folder, and the rows once more in
-/// `options.json`.
+/// Writes NAME.json (the rows), NAME_machine.json and NAME.txt (the printed table) into the folder, and the rows also
+/// into `options.json`.
 class Output {
  public:
-  /// Whether all can be written is known now, not after minutes. Throws std::runtime_error.
+  /// Checks that all files can be written, before minutes of measurements. Throws std::runtime_error if not.
   Output(const std::string& name, const MeasuringOptions& options);
 
-  nlohmann::ordered_json facts;  // about the machine
+  nlohmann::ordered_json facts;  // of the machine, see facts.h
 
-  /// What is being done now, and which part of everything is done: 0 to 1.
-  void doing(const std::string& what, double part) { status_.show(what, part); }
+  /// Shows what is being measured, and the finished part of the whole benchmark, 0 to 1.
+  void show_progress(const std::string& what, double part) { status_.show(what, part); }
   void print(const std::string& lines);
   void write(const nlohmann::ordered_json& rows) const;
-  /// Says where everything is.
+  /// Prints the paths of the files.
   void list() const;
-  /// And the chart. `no_chart`: why there is none, or nothing.
+  /// Prints the chart's path; or `no_chart`, the reason why there is none, unless it is empty.
   void list_chart(const std::string& no_chart) const;
 
   const std::filesystem::path& folder() const { return folder_; }
@@ -38,14 +38,14 @@ class Output {
   Status status_;
 };
 
-/// Makes the file's folder. Throws where the file cannot be written.
-void prepare(const std::filesystem::path& file);
+/// Makes the file's folder. Throws std::runtime_error if the file cannot be written.
+void require_writable(const std::filesystem::path& file);
 
-/// A few words and numbers as printf formats them.
+/// Formats like printf, at most 511 characters.
 template <class... Values>
 std::string formatted(const char* format, Values... values) {
   char text[512];
-  std::snprintf(text, sizeof text, format, values..., 0);  // never the format alone, of which clang warns
+  std::snprintf(text, sizeof text, format, values..., 0);  // the extra argument: clang warns of a format without any
   return text;
 }
 

@@ -18,15 +18,15 @@ namespace malha::bench {
 
 namespace {
 
-struct Places {
+struct AvailableCores {
   cpu_set_t all;
-  std::vector<int> cores;  // that the process may use, one hardware thread of each before any second one
+  std::vector<int> cores;  // logical CPUs that the process may use, the first of each core before any second one
 };
 
-/// As they are when first asked for: before anything is pinned.
-const Places& places() {
-  static const Places now = [] {
-    Places found;
+/// The affinity at the first call, which comes before any thread is bound.
+const AvailableCores& available_cores() {
+  static const AvailableCores now = [] {
+    AvailableCores found;
     CPU_ZERO(&found.all);
     sched_getaffinity(0, sizeof found.all, &found.all);
     const auto is_second = [](int cpu) {
@@ -43,8 +43,8 @@ const Places& places() {
   return now;
 }
 
-/// Puts the thread that runs a group where `sets` says.
-struct Put {
+/// Sets the affinity of the thread that runs a group.
+struct SetAffinity {
   const cpu_set_t* sets;
   template <class Group>
   KERNEL void operator()(const Group& group) const {
@@ -52,17 +52,17 @@ struct Put {
   }
 };
 
-void put(const std::vector<cpu_set_t>& sets) {
+void set_affinity(const std::vector<cpu_set_t>& sets) {
   const auto threads = static_cast<int>(sets.size());
   const OpenMP executor{threads};
   parallel_region(executor, threads,
-                  [&](const auto& team) { parallel_groups(team, 0, threads, {}, Put{sets.data()}); });
+                  [&](const auto& team) { parallel_groups(team, 0, threads, {}, SetAffinity{sets.data()}); });
 }
 
 }  // namespace
 
 Pinned::Pinned(int threads) : threads_(0) {
-  const Places& now = places();
+  const AvailableCores& now = available_cores();
   if (threads < 2 || threads > static_cast<int>(now.cores.size())) return;
   threads_ = threads;
   std::vector<cpu_set_t> sets(threads);
@@ -70,11 +70,11 @@ Pinned::Pinned(int threads) : threads_(0) {
     CPU_ZERO(&sets[t]);
     CPU_SET(now.cores[t], &sets[t]);
   }
-  put(sets);
+  set_affinity(sets);
 }
 
 Pinned::~Pinned() {
-  if (threads_ > 0) put(std::vector<cpu_set_t>(threads_, places().all));
+  if (threads_ > 0) set_affinity(std::vector<cpu_set_t>(threads_, available_cores().all));
 }
 
 #else

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Threads that stay where they are.
+// Thread affinity for measurements: each OpenMP thread stays on its core.
 #pragma once
 
 namespace malha::bench {
 
-/// As long as it lives, each thread of OpenMP's regions of so many threads stays on a core of its own. Two that share
-/// one wait for each other's turns at every barrier, and systems under load leave them there. OMP_PROC_BIND would do
-/// the same, but keep all of OpenBLAS's threads on one core. Does nothing for one thread, or more than there are cores.
+/// During its lifetime each thread of OpenMP regions of `threads` threads is bound to its own core. Two threads on one
+/// core would wait for each other at every barrier, and a system under load leaves them there. OMP_PROC_BIND would
+/// bind them as well, but keep all threads of OpenBLAS on one core. It does nothing for one thread, or for more threads
+/// than there are cores.
 class Pinned {
  public:
   explicit Pinned(int threads);
@@ -15,7 +16,7 @@ class Pinned {
   Pinned& operator=(const Pinned&) = delete;
 
  private:
-  int threads_;  // 0: nothing was done
+  int threads_;  // 0: affinities were left alone
 };
 
 }  // namespace malha::bench

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where the lines of a benchmark run, and what they are laid out for.
+// Backend of a benchmark, and the machine that its patches are planned for.
 #pragma once
 #include <string>
 
@@ -12,21 +12,21 @@ struct RunsOn {
   std::string backend = "openmp";
   std::string machine = {};  // see SimulationOptions; empty: "cpu"
 
-  /// As options say it; empty where they are the common ones.
-  std::string words() const {
+  /// The command line options that select this, with a leading space; empty for the defaults.
+  std::string command_options() const {
     return (backend == "openmp" ? "" : " --backend " + backend) + (machine.empty() ? "" : " --for " + machine);
   }
 
-  bool device() const { return backend == "cuda"; }
+  bool is_device() const { return backend == "cuda"; }
 
-  /// Throws InputError where there is no such device: before anything is measured.
-  void require() const {
-    if (device()) require_cuda();
+  /// Throws InputError if there is no such device. To be called before the first measurement.
+  void require_device() const {
+    if (is_device()) require_cuda();
   }
 
-  /// `passes`: whether those are timed, or whole steps alone.
-  SimulationOptions options(int threads, bool passes) const {
-    SimulationOptions options{.threads = threads, .backend = backend_named(backend), .timed_passes = passes};
+  /// `time_passes`: whether each pass is timed, or whole steps only.
+  SimulationOptions simulation_options(int threads, bool time_passes) const {
+    SimulationOptions options{.threads = threads, .backend = backend_named(backend), .timed_passes = time_passes};
     if (!machine.empty()) options.machine = machine;
     return options;
   }

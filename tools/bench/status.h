@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the benchmark is doing: one line that redraws itself on a terminal, and nothing elsewhere.
+// Progress of a benchmark: one line that redraws itself on a terminal. Elsewhere nothing is shown.
 #pragma once
 #include <string>
 
 namespace malha::bench {
 
-/// Writes to standard error, so that standard output stays for results.
+/// Writes to standard error; standard output is for results.
 class Status {
  public:
   Status();
@@ -13,9 +13,9 @@ class Status {
   Status(const Status&) = delete;
   Status& operator=(const Status&) = delete;
 
-  /// `part` of everything is done: 0 to 1.
+  /// `part`: the finished part of the whole benchmark, 0 to 1.
   void show(const std::string& what, double part);
-  void clear();  // before lines of the results
+  void clear();  // to be called before results are printed
 
  private:
   bool terminal_, shown_ = false;

@@ -12,11 +12,11 @@ namespace malha::bench {
 
 namespace {
 
-constexpr int kLine = 16;  // floats of a cache line, and of the widest pack
+constexpr int kLine = 16;  // floats in a cache line and in the widest pack
 constexpr int kArrays = 8;
-constexpr int kGap = 5 * kLine;  // an odd number of lines keeps the arrays off each other's cache sets
+constexpr int kGap = 5 * kLine;  // an odd number of lines keeps the arrays in different cache sets
 
-/// The compiler may neither drop nor merge passes over memory across this.
+/// Keeps the compiler from removing or merging passes over memory.
 KERNEL void keep_memory() { asm volatile("" ::: "memory"); }
 
 struct Fill {
@@ -28,7 +28,7 @@ struct Fill {
   }
 };
 
-/// A thread's part as `arrays` arrays of `n` floats.
+/// Each thread's memory as several arrays of `n` floats.
 struct Part {
   float* const* parts;
   std::size_t n;
@@ -38,7 +38,7 @@ struct Part {
 struct Read {
   static constexpr int arrays = kArrays;
   Part part;
-  float* sums;  // so that nothing is left out
+  float* sums;  // results, so that the compiler removes nothing
   int passes = 1;
   template <class Group>
   KERNEL void operator()(const Group& group) const {
@@ -82,13 +82,13 @@ struct Triad {
   }
 };
 
-/// Floats of each of so many arrays of a thread, whole cache lines.
+/// Length of each array of a thread, in floats; whole cache lines.
 std::size_t floats_of_array(std::size_t bytes, int threads, int arrays) {
   return std::max<std::size_t>(1, bytes / (sizeof(float) * kLine * threads * arrays)) * kLine;
 }
 
 template <class Kernel>
-void on_all(int threads, const Kernel& kernel) {
+void run_on_all_threads(int threads, const Kernel& kernel) {
   const OpenMP executor{threads};
   parallel_region(executor, threads, [&](const auto& team) { parallel_groups(team, 0, threads, {}, kernel); });
 }
@@ -104,25 +104,29 @@ Streams::Streams(std::size_t bytes, int threads) : threads_(threads), sums_(std:
     memory_.emplace_back(static_cast<float*>(Memory<OpenMP>::allocate(floats * sizeof(float))));
     parts_.push_back(memory_.back().get());
   }
-  on_all(threads, Fill{parts_.data(), floats});
+  run_on_all_threads(threads, Fill{parts_.data(), floats});
 }
 
 template <class Kernel>
-double Streams::timed(std::size_t bytes, double enough, Kernel kernel) const {
-  constexpr double batch = 1e8;  // bytes; some milliseconds: fork and join cost nothing beside them
+double Streams::time_kernel(std::size_t bytes, double min_seconds, Kernel kernel) const {
+  constexpr double batch = 1e8;  // bytes; takes some milliseconds, so that fork and join do not count
   kernel.part = {parts_.data(), floats_of_array(bytes, threads_, Kernel::arrays)};
   const double moved = double(kernel.part.n) * sizeof(float) * Kernel::arrays * threads_;
   kernel.passes = std::max(1, static_cast<int>(batch / moved));
   double time = 0, passes = 0;
   do {
-    time += seconds([&] { on_all(threads_, kernel); });
+    time += seconds([&] { run_on_all_threads(threads_, kernel); });
     passes += kernel.passes;
-  } while (time < enough);
+  } while (time < min_seconds);
   return time / passes * double(bytes) / moved;
 }
 
-double Streams::read(std::size_t bytes, double enough) const { return timed(bytes, enough, Read{{}, sums_.data()}); }
+double Streams::read(std::size_t bytes, double min_seconds) const {
+  return time_kernel(bytes, min_seconds, Read{{}, sums_.data()});
+}
 
-double Streams::triad(std::size_t bytes, double enough) const { return timed(bytes, enough, Triad{{}}); }
+double Streams::triad(std::size_t bytes, double min_seconds) const {
+  return time_kernel(bytes, min_seconds, Triad{{}});
+}
 
 }  // namespace malha::bench

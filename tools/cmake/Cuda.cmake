@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-# The CUDA backend: one source file, by nvcc. CMake 3.25 (Debian 12's) does not know nvcc's C++20, so it calls it itself.
+# The CUDA backend: one source file, compiled by nvcc. CMake 3.25 (Debian 12) does not support C++20 with nvcc, so a
+# custom command calls nvcc.
 find_package(CUDAToolkit 12 REQUIRED)
 set(MALHA_CUDA_ARCHITECTURES 80 90 CACHE STRING
     "Devices to compile for: 80 is A100's, 90 H100's and H200's; later ones compile what is kept for the last")
@@ -13,12 +14,13 @@ list(GET MALHA_CUDA_ARCHITECTURES -1 last)
 list(APPEND cuda_code -gencode "arch=compute_${last},code=compute_${last}")
 get_target_property(eigen_folders Eigen3::Eigen INTERFACE_INCLUDE_DIRECTORIES)
 list(TRANSFORM eigen_folders PREPEND "-isystem=")
-# The host's code of this file as all other: functions that both compilers make are the same, whichever is linked.
+# The host code of this file has the flags of all other sources: functions that both compilers emit are then the same,
+# whichever is linked.
 set(cuda_host_flags ${malha_code_options})
-list(FILTER cuda_host_flags EXCLUDE REGEX ",")  # nvcc splits at commas; it is about speed alone
+list(FILTER cuda_host_flags EXCLUDE REGEX ",")  # nvcc splits at commas; these options affect speed only
 list(JOIN cuda_host_flags "," cuda_host_flags)
-# No contraction, here too: the same bits as on the host. The suppressed warnings are of what only the host calls, in
-# templates that both compile; tests/cuda.sh compiles kernels with every warning on.
+# No contraction, so that results have the same bits as on the host. The suppressed warnings concern host-only calls in
+# templates for both; tests/cuda.sh compiles kernels with all warnings enabled.
 add_custom_command(
   OUTPUT "${cuda_object}"
   COMMAND "${CUDAToolkit_NVCC_EXECUTABLE}" -std=c++20 -O3 -DNDEBUG -fmad=false -ftz=false -prec-div=true

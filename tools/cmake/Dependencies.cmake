@@ -1,31 +1,31 @@
 # SPDX-License-Identifier: Apache-2.0
-# What must be there before anything is compiled; tools/setup installs all of it on Debian.
+# Required and optional libraries; tools/setup installs all of them on Debian.
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)
 find_package(OpenMP REQUIRED COMPONENTS CXX)
 find_package(nlohmann_json 3.10 REQUIRED)
 find_package(CLI11 REQUIRED)
 find_package(Threads REQUIRED)
 find_library(METIS_LIBRARY metis REQUIRED)
-find_package(Bullet QUIET)  # the benchmarks' peer; malha itself does not use it
+find_package(Bullet QUIET)  # peer of the benchmarks; malha itself does not use it
 if(NOT BULLET_FOUND)
   message(STATUS "Bullet: not found; the benchmarks run without their peer (Debian: libbullet-dev)")
 endif()
 
-# Its header and library of the same flavour: Debian has several, and one cblas.h for none of them in particular.
+# OpenBLAS's header and library must be of the same variant: Debian has several, and a generic cblas.h.
 find_path(OPENBLAS_INCLUDE_DIR openblas_config.h PATH_SUFFIXES openblas-pthread openblas)
 find_library(OPENBLAS_LIBRARY openblas PATH_SUFFIXES openblas-pthread)
 if(OPENBLAS_INCLUDE_DIR AND OPENBLAS_LIBRARY)
-  set(OPENBLAS_FOUND TRUE)  # the benchmarks' other peer
+  set(OPENBLAS_FOUND TRUE)  # peer of malha bench filter
 else()
   set(OPENBLAS_FOUND FALSE)
   message(STATUS "OpenBLAS: not found; malha bench filter runs without its peer (Debian: libopenblas-dev)")
 endif()
 
-# The window. All of it or none: the command says what is missing.
+# The window needs all of these libraries; without them the command names those that are missing.
 find_package(glfw3 3.3 QUIET)
 find_path(IMGUI_INCLUDE_DIR imgui.h PATH_SUFFIXES imgui)
 find_library(IMGUI_LIBRARY imgui)
-find_library(STB_LIBRARY stb)  # Debian's Dear ImGui takes its fonts from there
+find_library(STB_LIBRARY stb)  # contains the font code of Debian's Dear ImGui
 find_path(EPOXY_INCLUDE_DIR epoxy/gl.h)
 find_library(EPOXY_LIBRARY epoxy)
 if(MALHA_SANITIZE)
@@ -39,7 +39,7 @@ else()
                  "(Debian: libglfw3-dev libimgui-dev libepoxy-dev)")
 endif()
 
-# The Python module. Of the machine's Python before any other on the path: pybind11 and numpy are installed for that one.
+# The Python module, preferably for the system's Python, for which pybind11 and numpy are installed.
 set(MALHA_PYTHON AUTO CACHE STRING "The Python module: ON, OFF, or AUTO: where Python's headers and pybind11 are")
 set(PYTHON_FOUND FALSE)
 if(NOT MALHA_PYTHON MATCHES "^(AUTO|ON|OFF|TRUE|FALSE|1|0)$")
@@ -67,13 +67,13 @@ elseif(MALHA_PYTHON)
   endif()
 endif()
 
-# Embree 4 where it is, else 3 (Debian 12). Both name their target "embree".
+# Embree 4, or else 3 (Debian 12). Both name their target "embree".
 find_package(embree 4 CONFIG QUIET)
 if(NOT embree_FOUND)
   find_package(embree 3 CONFIG REQUIRED)
 endif()
 
-# glTF: without it every other format is there.
+# glTF is optional; all other formats are always available.
 find_path(TINYGLTF_INCLUDE_DIR tiny_gltf.h)
 find_library(TINYGLTF_LIBRARY tinygltf)
 if(TINYGLTF_INCLUDE_DIR AND TINYGLTF_LIBRARY)
@@ -83,10 +83,10 @@ else()
   message(STATUS "tinygltf: not found; malha run --format glb is refused (Debian: libtinygltf-dev)")
 endif()
 
-# The pages that replay runs: their data is deflated, and three.js is put into them.
+# Pages that replay runs contain compressed data and three.js.
 find_package(ZLIB REQUIRED)
 find_file(THREE_JS three.min.js PATHS /usr/share/javascript/three REQUIRED)
 get_filename_component(three_folder "${THREE_JS}" DIRECTORY)
 find_file(THREE_CONTROLS_JS OrbitControls.js PATHS "${three_folder}/examples/js/controls" REQUIRED NO_DEFAULT_PATH)
 
-find_path(STB_INCLUDE_DIR stb_image_write.h PATH_SUFFIXES stb REQUIRED)  # a header alone: host/render/png.cpp has it
+find_path(STB_INCLUDE_DIR stb_image_write.h PATH_SUFFIXES stb REQUIRED)  # header-only, used by host/render/png.cpp

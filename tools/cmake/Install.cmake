@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-# install, and find_package(malha CONFIG) afterwards.
+# Installation of the library, for find_package(malha CONFIG).
 include(CMakePackageConfigHelpers)
 
 set(package_dir "${CMAKE_INSTALL_LIBDIR}/cmake/malha")
 install(TARGETS malha EXPORT malhaTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
 install(EXPORT malhaTargets NAMESPACE malha:: DESTINATION ${package_dir})
 
-# The public headers: no Eigen and no kernels in them, so that a caller may use other flags than ours.
+# The public headers include neither Eigen nor kernels, so that callers may use other compiler flags.
 file(GLOB public_headers CONFIGURE_DEPENDS RELATIVE "${PROJECT_SOURCE_DIR}" host/malha/*.h)
 install(FILES ${public_headers} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/malha)
 

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-# malha tune, bench and study: the benchmarks and the studies as libraries, so that the tests reach them too, and the
-# program that does all three: see tools/measures.h.
+# malha tune, bench and study: the benchmarks and the studies are libraries, so that tests can use them, and one program
+# runs all three: see tools/measures.h.
 
 # The benchmarks.
 file(GLOB_RECURSE bench_sources CONFIGURE_DEPENDS "${PROJECT_SOURCE_DIR}/tools/bench/*.cpp")
@@ -27,7 +27,7 @@ endif()
 if(OPENBLAS_FOUND)
   set_source_files_properties(tools/bench/filter/contest.cpp PROPERTIES COMPILE_DEFINITIONS MALHA_HAS_OPENBLAS)
   set_source_files_properties(tools/bench/peers/openblas.cpp PROPERTIES COMPILE_DEFINITIONS
-    "OPENBLAS_FILE=\"${OPENBLAS_LIBRARY}\"")  # opened by the benchmark alone
+    "OPENBLAS_FILE=\"${OPENBLAS_LIBRARY}\"")  # loaded by the benchmark only
   target_include_directories(malha_bench SYSTEM PRIVATE ${OPENBLAS_INCLUDE_DIR})
   target_link_libraries(malha_bench PRIVATE ${CMAKE_DL_LIBS})
 endif()
@@ -37,7 +37,7 @@ file(GLOB_RECURSE study_sources CONFIGURE_DEPENDS "${PROJECT_SOURCE_DIR}/tools/s
      "${PROJECT_SOURCE_DIR}/tools/tune/*.cpp")
 list(FILTER study_sources EXCLUDE REGEX "/tools/study/reference/")
 add_library(malha_study STATIC ${study_sources})
-# Several files a time, as the tests: reading JSON's and our headers takes longer than the rest of a file.
+# Several files are compiled together, as in the tests: parsing the headers takes longer than the rest of a file.
 set_target_properties(malha_study PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 12)
 target_link_libraries(malha_study PUBLIC malha malha_bench malha_reference nlohmann_json::nlohmann_json PRIVATE Eigen3::Eigen OpenMP::OpenMP_CXX)
 
@@ -45,4 +45,4 @@ file(GLOB measures_sources CONFIGURE_DEPENDS "${PROJECT_SOURCE_DIR}/tools/measur
 add_executable(malha_measures ${measures_sources})
 target_link_libraries(malha_measures PRIVATE malha_command_line malha_bench malha_study)
 set_target_properties(malha_measures PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 12)
-install(TARGETS malha_measures RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} OPTIONAL)  # where it was built
+install(TARGETS malha_measures RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} OPTIONAL)  # if it was built

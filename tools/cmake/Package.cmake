@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# What a Debian package of malha holds beside the program and the library: see tools/package/.
+# Contents of the Debian package besides the program and the library: see tools/package/.
 set(data_dir "${CMAKE_INSTALL_DATAROOTDIR}/malha")
 install(DIRECTORY scenes/ DESTINATION "${data_dir}/scenes" PATTERN "scans" EXCLUDE PATTERN "*.md" EXCLUDE
         PATTERN "*.png" EXCLUDE)
@@ -7,7 +7,7 @@ install(FILES scenes/meshes/scans/bunny00.off DESTINATION "${data_dir}/scenes/me
 install(FILES tools/package/malha.bash DESTINATION "${CMAKE_INSTALL_DATAROOTDIR}/bash-completion/completions"
         RENAME malha)
 
-# The pages, the pictures that they show and the examples, as they lie here: so links lead to what they name.
+# Pages, their pictures and the examples keep their folders, so that links between them work.
 file(GLOB_RECURSE pages CONFIGURE_DEPENDS RELATIVE "${PROJECT_SOURCE_DIR}" host/*.md kernels/*.md scenes/*.md
      scenes/*.png tests/*.md tools/*.md tools/*.svg tools/examples/*.cpp tools/examples/CMakeLists.txt
      tools/python/examples/*.py)
@@ -15,11 +15,11 @@ foreach(page README.md CONTRIBUTING.md CHANGELOG.md LICENSE ${pages})
   get_filename_component(folder "${page}" DIRECTORY)
   install(FILES "${page}" DESTINATION "${CMAKE_INSTALL_DOCDIR}/${folder}")
 endforeach()
-# Where users of Debian look for them.
+# The usual place of examples on Debian.
 file(CREATE_LINK tools/examples "${PROJECT_BINARY_DIR}/examples" SYMBOLIC)
 install(FILES "${PROJECT_BINARY_DIR}/examples" DESTINATION "${CMAKE_INSTALL_DOCDIR}")
 
-# By tools/package/make.
+# Files that tools/package/make writes.
 install(FILES "${PROJECT_BINARY_DIR}/copyright" DESTINATION "${CMAKE_INSTALL_DOCDIR}" OPTIONAL)
 install(DIRECTORY "${PROJECT_BINARY_DIR}/man/" DESTINATION "${CMAKE_INSTALL_MANDIR}/man1" OPTIONAL)
 
@@ -34,8 +34,8 @@ set(CPACK_RESOURCE_FILE_LICENSE "${PROJECT_SOURCE_DIR}/LICENSE")
 set(CPACK_STRIP_FILES ON)
 set(CPACK_DEBIAN_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
-set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)  # what the programs need to run
-# What programs that use the library are built and linked with, and what draws charts.
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)  # dependencies of the programs
+# Tools and libraries for programs that use malha's library, and gnuplot for charts.
 set(CPACK_DEBIAN_PACKAGE_SUGGESTS "g++, cmake, make, libembree-dev, libmetis-dev, libtinygltf-dev, zlib1g-dev, gnuplot-nox")
-set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "python3-numpy")  # of the module for Python
+set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "python3-numpy")  # for the Python module
 include(CPack)

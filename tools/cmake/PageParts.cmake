@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# What every page of host/output/page.h holds, as one source file.
+# Common parts of all pages of host/output/page.h, as one source file.
 set(page_folder "${PROJECT_SOURCE_DIR}/host/output/page")
 set(page_files style "${page_folder}/style.css" body "${page_folder}/body.html" three "${THREE_JS}"
                controls "${THREE_CONTROLS_JS}" data "${page_folder}/data.js" looks "${page_folder}/looks.js"

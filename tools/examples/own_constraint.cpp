@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A program with a constraint of its own: the last particle of a scene moves on a sphere about where it starts. To try
-// an idea; what proves good becomes a kernel (kernels/README.md), which is a hundred times faster.
+// A user constraint in a program: the last particle of a scene moves on a sphere through its initial position. User
+// constraints are for trying ideas; as a kernel (kernels/README.md) a constraint is a hundred times faster.
 #include <malha/scene.h>
 #include <malha/simulation.h>
 #include <malha/user_constraint.h>

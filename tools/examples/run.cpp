@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs a scene and says where its bodies are, how far its edges are stretched, and what would be worth a warning.
+// Runs a scene and prints a position, the largest strain and the energy, with both kinds of errors handled.
 #include <malha/scene.h>
 #include <malha/simulation.h>
 
@@ -16,9 +16,9 @@ int main(int count, char** arguments) {
     std::printf("%zu particles after %g s, the first at %g %g %g m\n", x.size(), simulation.time(), x[0][0], x[0][1],
                 x[0][2]);
     std::printf("largest strain %g, energy %g J\n", measures.strain_max, measures.energy());
-  } catch (const malha::Diverged& error) {  // what was made of finite numbers is no longer
+  } catch (const malha::Diverged& error) {  // the state is no longer finite, or has gained energy without cause
     return std::fprintf(stderr, "diverged: %s\n", error.what()), 3;
-  } catch (const malha::InputError& error) {  // file, place, what was found, what is allowed
+  } catch (const malha::InputError& error) {  // the message names file, place, the value found and allowed values
     return std::fprintf(stderr, "%s\n", error.what()), 2;
   }
 }

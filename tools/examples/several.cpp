@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The same scene with several settings at once, a thread each: how far they are apart after a second.
+// Runs the same scene with several settings at once, one thread each, and prints the distances of the results after a
+// second.
 #include <malha/scene.h>
 #include <malha/simulation.h>
 

@@ -32,7 +32,7 @@ void add_measuring(CLI::App& command, BenchArguments& arguments, Options& option
                    void (*check)(const Options&) = nullptr) {
   command.callback([=, &arguments, &options] {
     if (check) check(options);
-    arguments.run = [=, &options] { options.on.require(), run(options); };
+    arguments.run = [=, &options] { options.on.require_device(), run(options); };
   });
   add_backend(command, options.on.backend, options.on.machine);
   add_list(command, "--threads", options.threads, whole_number(1, 1024),
@@ -127,11 +127,12 @@ void add_contact(CLI::App& bench, BenchArguments& arguments) {
               "Folder of the shipped scenes and meshes; scenes if not given");
   add_measuring(*contact, arguments, options, bench::run_contact);
   contact->footer(
-      "Scenes that ship, from the moment when much touches, and cloths of 40,000 and 100,000 particles on scans that\n"
-      "turn at 450 degrees/s. looks: answered by a mesh's lists of near triangles, a step; queries: of the whole "
-      "mesh,\n"
-      "by Embree. far B, near B: what is remembered of a particle; the lists belong to the mesh. Numbers of threads\n"
-      "take turns. Bullet ms: a frame of its soft body on the same meshes, from where malha is when measuring begins.\n"
+      "Shipped scenes, from the moment when many particles are in contact, and cloths of 40,000 and 100,000 particles\n"
+      "on scans that turn at 450 degrees/s. by list: closest-point queries a step that a mesh's lists of near "
+      "triangles\n"
+      "answer; queries: those of the whole mesh, by Embree. far B, near B: cached bytes of a far and a near particle;\n"
+      "lists MiB: size of the meshes' lists. All numbers of threads run in turns. Bullet ms: a frame of its soft body\n"
+      "on the same meshes, from malha's state at the first measurement.\n"
       "The folder gets the table, the rows (contact.json) and facts about the machine.\n\n"
       "Examples:\n"
       "  malha bench contact\n"

@@ -30,8 +30,8 @@ int tune(const Arguments& arguments, const std::atomic<bool>& stop) {
   const fs::path json = arguments.tune.json;
   if (json.lexically_normal() == out.lexically_normal())
     refuse("malha tune", "--json", "'" + json.string() + "', which is to be the tuned scene", "another file");
-  bench::prepare(out);
-  if (!json.empty()) bench::prepare(json);
+  bench::require_writable(out);
+  if (!json.empty()) bench::require_writable(json);
   const study::TuneOptions options{arguments.tune.error, arguments.tune.seconds,
                                    arguments.threads > 0 ? arguments.threads : available_threads()};
   study::ProgressLine progress(5);

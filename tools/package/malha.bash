@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 # shellcheck shell=bash
-# Completes malha's commands and options in bash. Both are read from its help, so that they are never out of date.
+# Completes malha's commands and options in bash. They are read from its help, so that they are never out of date.
 _malha() {
   local now=${COMP_WORDS[COMP_CWORD]} first=$((COMP_CWORD < 2 ? 1 : 2)) help words
-  if [[ ${COMP_WORDS[1]} == bench ]] && ((COMP_CWORD > 2)); then first=3; fi  # each benchmark has a help of its own
+  if [[ ${COMP_WORDS[1]} == bench ]] && ((COMP_CWORD > 2)); then first=3; fi  # each benchmark has its own help
   help=$("${COMP_WORDS[@]:0:first}" --help 2>/dev/null)
   if [[ $now == -* ]]; then
     words=$(grep --only-matching -e '^  [^ ]*' <<<"$help" | tr ',' '\n' | grep --only-matching -e '--[a-z-]*')

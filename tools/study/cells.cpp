@@ -20,8 +20,9 @@ namespace {
   throw std::runtime_error(path.string() + ": cannot write: " + std::strerror(errno));
 }
 
-/// The whole lines of a file whose first one is `head`; of another this one line.
-std::string good_lines(const std::string& bytes, const Json& head, std::map<std::string, Json>& cells) {
+/// The complete lines of a journal whose first line is `head`, whose cells are also added to `cells`. If the first line
+/// differs, only `head`.
+std::string valid_lines(const std::string& bytes, const Json& head, std::map<std::string, Json>& cells) {
   std::string good = head.dump() + "\n";
   std::istringstream text(bytes.substr(0, bytes.rfind('\n') + 1));  // npos + 1 is 0
   std::string line;
@@ -44,12 +45,13 @@ Cells::Cells(const std::filesystem::path& file, const Json& head, bool quick, co
   if (!file_) fail(path_);
   const int number = fileno(file_.get());
   if (flock(number, LOCK_EX | LOCK_NB) != 0)
-    throw std::runtime_error(path_.string() + ": another malha study is at work on it");
-  const std::string bytes = read_whole(path_), good = good_lines(bytes, head, known_);
-  const bool ours = bytes.starts_with(good);
-  if (!ours && !bytes.empty()) write_whole(path_.string() + ".old", bytes);
-  if (ftruncate(number, ours ? static_cast<off_t>(good.size()) : 0) != 0) fail(path_);
-  if (!ours && (std::fwrite(good.data(), 1, good.size(), file_.get()) != good.size() || std::fflush(file_.get()) != 0))
+    throw std::runtime_error(path_.string() + ": another malha study is using it");
+  const std::string bytes = read_whole(path_), good = valid_lines(bytes, head, known_);
+  const bool same_head = bytes.starts_with(good);
+  if (!same_head && !bytes.empty()) write_whole(path_.string() + ".old", bytes);
+  if (ftruncate(number, same_head ? static_cast<off_t>(good.size()) : 0) != 0) fail(path_);
+  if (!same_head &&
+      (std::fwrite(good.data(), 1, good.size(), file_.get()) != good.size() || std::fflush(file_.get()) != 0))
     fail(path_);
 }
 
@@ -58,24 +60,24 @@ Cells::Cells(const Merged& merged, bool quick, const std::atomic<bool>& stop, be
 
 int Cells::cores() const { return merged_ ? merged_->cores() : bench::cores(); }
 
-/// The share whose turn it is.
+/// The share that measures the next cell or group of cells.
 int Cells::next_share() {
   const int shares = share_ ? share_->n : merged_ ? merged_->shares : 1;
-  return asked_++ % shares + 1;
+  return requests_++ % shares + 1;
 }
 
-void Cells::together(const std::function<void()>& ask) {
-  within_ = next_share();
+void Cells::measure_together(const std::function<void()>& measure) {
+  group_share_ = next_share();
   try {
-    if (!share_ || within_ == share_->i) ask();
+    if (!share_ || group_share_ == share_->i) measure();
   } catch (const Missing&) {
   }
-  within_ = 0;
+  group_share_ = 0;
 }
 
 Json Cells::operator()(const std::string& key, const std::function<Json()>& make) {
-  const auto [turn, fresh] = shares_.insert({key, within_});
-  if (fresh && within_ == 0) turn->second = next_share();
+  const auto [turn, fresh] = shares_.insert({key, group_share_});
+  if (fresh && group_share_ == 0) turn->second = next_share();
   const int share = turn->second;
   if (share_ && share != share_->i) return nullptr;
   if (progress_) progress_(key, kept_ + made_, planned_);
@@ -83,19 +85,19 @@ Json Cells::operator()(const std::string& key, const std::function<Json()>& make
     ++kept_;
     return found->second;
   }
-  go_on();
+  check_interrupt();
   if (merged_) {
     missing_[share].push_back(key);
-    if (within_ > 0) throw Missing{};
+    if (group_share_ > 0) throw Missing{};
     return nullptr;
   }
   const Json value = make();
   const std::string line = Json{{"key", key}, {"value", value}}.dump() + "\n";
-  // A line in one piece: whatever ends this process leaves whole lines and perhaps the start of one.
+  // A line is written in one piece: if this process is killed, the file has complete lines and perhaps a torn last one.
   if (std::fwrite(line.data(), 1, line.size(), file_.get()) != line.size() || std::fflush(file_.get()) != 0)
     fail(path_);
   ++made_;
-  // As it is read back, so that a resumed study computes with the same numbers (NaN is null in JSON).
+  // The value is parsed again, so that a resumed study computes with the same numbers (NaN is null in JSON).
   return known_[key] = Json::parse(line)["value"];
 }
 

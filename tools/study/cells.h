@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The cells of a study: single measurements, each kept in a file as soon as it is done, so that a study that was
-// stopped goes on where it was. Of a share only some are measured; of a merge none.
+// Cells of a study: single measurements. Each is appended to a journal as soon as it is finished, so that a study that
+// was stopped can be resumed. A share measures only some cells, a merge none.
 #pragma once
 #include <atomic>
 #include <cstdio>
@@ -21,59 +21,59 @@ class Cells {
  public:
   using Progress = std::function<void(const std::string& what, int done, int planned)>;
 
-  /// `file` holds a line of JSON a cell after its first line, `head`. A file whose head is another becomes `file`.old
-  /// and is started anew. What a crash left of its last line is cut off. Throws std::runtime_error (disk, or another
-  /// process is at work on it).
+  /// Opens the journal `file`: its first line is `head`, and each further one a cell as JSON. A file with another head
+  /// is renamed to `file`.old and started anew. A torn last line is removed. Throws std::runtime_error if the file
+  /// cannot be written or another process is using it.
   Cells(const std::filesystem::path& file, const Json& head, bool quick, const std::atomic<bool>& stop,
         Progress progress = {}, const std::optional<Share>& share = {}, bench::RunsOn on = {});
 
-  /// The cells that shares have measured, and no others.
+  /// Reads the cells that shares have measured; measures none.
   Cells(const Merged& merged, bool quick, const std::atomic<bool>& stop, bench::RunsOn on = {});
 
-  /// Whether this is the short version, which tests run.
+  /// True for the short version of the study, which tests run.
   bool quick() const { return quick_; }
-  /// Where malha is measured.
-  const bench::RunsOn& on() const { return on_; }
+  /// The backend on which malha is measured.
+  const bench::RunsOn& runs_on() const { return on_; }
 
-  /// How many cells there will be, for the progress line; may be called again.
+  /// Sets the expected number of cells, for the progress line; may be called again.
   void plan(int cells) { planned_ = share_ ? (cells + share_->n - 1) / share_->n : cells; }
 
-  /// The cell of this key: the kept one, or what make() gives, which is kept. `key` names everything that the value
-  /// depends on ("sheet17 xpbd float 10x1"). Null where it is another share's to measure, or was measured by none.
-  /// Throws Interrupted where the user stopped the study.
+  /// The cell of this key: from the journal, or else the result of make(), which is stored there. `key` names
+  /// everything that the value depends on ("sheet17 xpbd float 10x1"). Null if the cell belongs to another share, or no
+  /// share has measured it. Throws Interrupted if the user stopped the study.
   Json operator()(const std::string& key, const std::function<Json()>& make);
 
-  /// The cells of all items; it is to be asked partial() before any of them is looked at.
+  /// The cells of all items. The caller must check is_partial() before it reads any of them.
   template <class Items, class Key, class Make>
-  std::vector<Json> of(const Items& items, const Key& key, const Make& make) {
+  std::vector<Json> measure_all(const Items& items, const Key& key, const Make& make) {
     std::vector<Json> all;
     for (const auto& item : items) all.push_back((*this)(key(item), [&]() -> Json { return make(item); }));
     return all;
   }
 
-  /// Cells that depend on each other, which one share measures: `ask` asks for them, and may look at each at once. It
-  /// is not called where they are another share's, and left where one of them is not there.
-  void together(const std::function<void()>& ask);
+  /// Measures cells that depend on each other in one share: `measure` requests them, and may read each at once. It is
+  /// not called if they belong to another share, and aborted if one of them is missing.
+  void measure_together(const std::function<void()>& measure);
 
-  /// Whether some of the cells that were asked for are not there: then a study asks for the others and says nothing.
-  bool partial() const { return share_ || !missing_.empty(); }
+  /// True if some requested cells are missing: a study then requests the remaining cells and reports nothing.
+  bool is_partial() const { return share_ || !missing_.empty(); }
 
-  /// Of the machine that measures: a study whose cells depend on it asks here. Of a merge, throws InputError where its
-  /// machines differ.
+  /// Number of cores of the machine that measures, for studies whose cells depend on it. In a merge, throws InputError
+  /// if its machines differ.
   int cores() const;
 
-  /// To be called every now and then in a long cell: throws Interrupted where the user stopped the study.
-  void go_on() const {
+  /// Throws Interrupted if the user stopped the study. Long cells must call it regularly.
+  void check_interrupt() const {
     if (stop_) throw Interrupted();
   }
 
-  int kept() const { return kept_; }  // cells that came from the file
+  int kept() const { return kept_; }  // cells from the journal
   int made() const { return made_; }
-  /// Of a merge, by the number of their share: cells that none has measured.
+  /// In a merge, the keys of cells that no share has measured, by the number of their share.
   const std::map<int, std::vector<std::string>>& missing() const { return missing_; }
 
  private:
-  struct Missing {};  // within together()
+  struct Missing {};  // aborts measure_together()
   int next_share();
 
   struct Close {
@@ -85,14 +85,14 @@ class Cells {
   bench::RunsOn on_;
   const std::atomic<bool>& stop_;
   Progress progress_;
-  std::optional<Share> share_;    // that is measured here
-  std::optional<Merged> merged_;  // that is looked at here
+  std::optional<Share> share_;    // the share to be measured
+  std::optional<Merged> merged_;  // the cells to be read
   std::map<std::string, Json> known_;
   std::unique_ptr<std::FILE, Close> file_;
   int planned_ = 0, kept_ = 0, made_ = 0;
-  int asked_ = 0;                      // single cells and together()s so far
-  int within_ = 0;                     // together(): its share; 0 outside
-  std::map<std::string, int> shares_;  // by key, of what was asked for
+  int requests_ = 0;                   // single cells and groups of cells so far
+  int group_share_ = 0;                // share of the group within measure_together(); 0 outside
+  std::map<std::string, int> shares_;  // share of each requested cell, by key
   std::map<int, std::vector<std::string>> missing_;
 };
 

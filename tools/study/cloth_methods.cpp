@@ -6,7 +6,7 @@
 namespace malha::study {
 
 Scene ClothMethod::scene(int side) const {
-  Scene scene = bench::hanging(bench::grid_case(side), {substeps, 1});
+  Scene scene = bench::hanging_cloth(bench::grid_case(side), {substeps, 1});
   scene.file = "malha study";
   if (desbrun) scene.solver.type = "desbrun", scene.solver.desbrun.filter = filter;
   return scene;
@@ -17,13 +17,14 @@ const char* ClothMethod::style() const {
   return filter == FilterKind::Sparse ? "lw 2 ps 0.9 lc rgb '#009e73' pt 13" : "lw 2 ps 0.9 lc rgb '#e69f00' pt 5";
 }
 
-double ClothMethod::bytes_held(double particles) const {
-  const double stored = filter == FilterKind::Dense ? 2 * particles * particles : 0;  // a triangle of float
+double ClothMethod::memory_bytes(double particles) const {
+  const double stored =
+      filter == FilterKind::Dense ? 2 * particles * particles : 0;  // a triangle of the matrix in float
   return (desbrun ? 900 : 250) * particles + stored;
 }
 
-double ClothMethod::bytes_to_set_up(double particles) const {
-  return bytes_held(particles) + (desbrun ? 500 : 400) * particles;
+double ClothMethod::setup_peak_bytes(double particles) const {
+  return memory_bytes(particles) + (desbrun ? 500 : 400) * particles;
 }
 
 const std::vector<ClothMethod>& cloth_methods() {
@@ -33,7 +34,7 @@ const std::vector<ClothMethod>& cloth_methods() {
   return all;
 }
 
-std::string grouped(long long number) {
+std::string with_commas(long long number) {
   std::string text = std::to_string(number);
   for (int at = static_cast<int>(text.size()) - 3; at > 0; at -= 3) text.insert(at, ",");
   return text;

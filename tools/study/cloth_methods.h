@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The hanging cloth of the benchmarks, N x N particles, by the methods whose cost is studied.
+// Methods that solve the hanging cloth of the benchmarks (N x N particles) in the studies of cost.
 #pragma once
 #include <string>
 #include <vector>
@@ -9,24 +9,24 @@
 namespace malha::study {
 
 struct ClothMethod {
-  std::string name;  // "PBD, 10 substeps", as charts and tables say it
+  std::string name;  // in charts and tables: "PBD, 10 substeps"
   bool desbrun = false;
   FilterKind filter = FilterKind::Auto;
   int substeps = 10;
 
   Scene scene(int side) const;  // float; tools/bench/cloth.h
-  const char* style() const;    // of its lines and marks in charts, of gnuplot
+  const char* style() const;    // gnuplot's style of its lines and marks
 
-  /// What so many particles take once they are set up, and at most while they are: rounded up from what this study's
-  /// own runs held (size.json), to know beforehand what fits.
-  double bytes_held(double particles) const;
-  double bytes_to_set_up(double particles) const;
+  /// Estimated memory of so many particles after set-up, and its peak during set-up: rounded up from measurements of
+  /// the study "size" (size.json), to know beforehand what fits.
+  double memory_bytes(double particles) const;
+  double setup_peak_bytes(double particles) const;
 };
 
 /// PBD, Desbrun's method with a sparse filter and with a dense one.
 const std::vector<ClothMethod>& cloth_methods();
 
-/// "289", "10,000".
-std::string grouped(long long number);
+/// A number with commas between thousands: "289", "10,000".
+std::string with_commas(long long number);
 
 }  // namespace malha::study

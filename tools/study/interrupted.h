@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How a study ends that the user stopped.
+// Exception that ends a study when the user stops it.
 #pragma once
 
 namespace malha::study {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Closed meshes as scans have them and grids have not: points jittered, edges collapsed and flipped, slivers.
+// Generator of irregular closed meshes, which resemble scans: jittered points, collapsed and flipped edges, slivers.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -15,11 +15,12 @@
 
 namespace malha::study {
 
-/// A closed mesh, made worse step by step: it stays closed, oriented, and without doubled edges.
+/// A closed mesh that is made irregular step by step. It stays closed, oriented, and without doubled edges.
 class IrregularMesh {
  public:
-  /// Of about 1 m: a sphere of 10 * 4^subdivisions + 2 points, by its seed stretched and bumpy, jittered by up to 0.4
-  /// edges, with half of its points taken out, with flipped edges and with slivers of 1:50. The same on every library.
+  /// A mesh of about 1 m: a sphere of 10 * 4^subdivisions + 2 points, which depending on the seed is stretched and
+  /// bumpy, jittered by up to 0.4 edges, with half of its points removed, with flipped edges and with slivers of 1:50.
+  /// The same with every standard library.
   explicit IrregularMesh(int seed, int subdivisions) : random_(static_cast<unsigned>(seed)) {
     const Mesh sphere = make_mesh(SphereShape{0.5, subdivisions});
     points_ = sphere.points;
@@ -73,7 +74,7 @@ class IrregularMesh {
     return of;
   }
 
-  /// Collapses edges where that keeps a closed surface, as often as there are points by half.
+  /// Tries to collapse as many edges as half of the points, where the surface stays closed.
   void decimate() {
     for (std::size_t left = points_.size() / 2; left > 0; --left) {
       const auto near = neighbours();
@@ -97,7 +98,7 @@ class IrregularMesh {
     points_ = kept;
   }
 
-  /// Gives quads of two triangles their other diagonal: three edges of ten.
+  /// Flips edges to the other diagonal of their two triangles: three of ten triangles are tried.
   void flip() {
     for (std::size_t left = faces_.size() * 3 / 10; left > 0; --left) {
       const int one = any(faces_.size()), k = any(3);
@@ -116,7 +117,7 @@ class IrregularMesh {
     }
   }
 
-  /// Puts a point into so many of the triangles, nearer to a side than to the corner across by 1:50.
+  /// Splits a share of the triangles by a point at 1/50 of the height above a side.
   void add_slivers(double share) {
     std::vector<bool> used(faces_.size(), false);
     const std::size_t whole = faces_.size();

@@ -52,7 +52,7 @@ std::string table(const Json& section) {
   return html.str();
 }
 
-/// To the replays that are there.
+/// Links to the replays that exist.
 std::string links(const std::filesystem::path& folder, const Json& section) {
   std::string html;
   for (const Json& replay : section.value("replays", Json::array())) {
@@ -82,7 +82,7 @@ void add_study(const std::filesystem::path& folder, const Json& json, std::ostri
   }
 }
 
-/// Whether to_json() wrote it, of this study; not some other file of that name.
+/// True if to_json() wrote the file for this study; false for another file of that name.
 bool is_of(const Json& json, const Study& study) {
   return json.is_object() && json.value("study", "") == study.name && json.contains("what") && json.contains("quick") &&
          json.contains("build") && json.contains("command") && json.contains("sections");
@@ -97,7 +97,7 @@ std::string inline_svg(const std::string& file, const std::string& name) {
     replace_all(svg, std::string("href=") + quote + "#", std::string("href=") + quote + "#" + name + "_");
   }
   replace_all(svg, "url(#", "url(#" + name + "_");
-  // With a viewBox, which gnuplot gives, the style decides the size.
+  // gnuplot's charts have a viewBox; without width and height the style decides the size.
   const std::size_t end = svg.find('>');
   for (const char* size : {" width=\"", " height=\""})
     if (const std::size_t at = svg.find(size); at < end)

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// index.html: all studies that a folder holds, on one page that needs no other file.
+// index.html: all studies of a folder on one page that needs no other file.
 #pragma once
 #include <filesystem>
 #include <string>
 
 namespace malha::study {
 
-/// From each study's NAME.json, in the registry's order, and the charts that it names, which become part of the page.
+/// The page, from each study's NAME.json in the registry's order, with the charts that it names embedded.
 std::string page(const std::filesystem::path& folder);
 
-/// A chart of gnuplot's as a part of a page: without the lines before <svg>, as wide as there is room, and with names
-/// that start with `name`, so that several charts on a page do not take each other's marks.
+/// A chart of gnuplot's as part of a page: without the lines before <svg>, as wide as the page, and with ids that start
+/// with `name`, so that several charts on a page do not share ids.
 std::string inline_svg(const std::string& file, const std::string& name);
 
 }  // namespace malha::study

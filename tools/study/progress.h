@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How far long work is: a line that redraws itself on a terminal, plain lines every few seconds otherwise.
+// Progress of long work: a line that redraws itself on a terminal, and plain lines every few seconds elsewhere.
 #pragma once
 #include <chrono>
 #include <string>
@@ -10,9 +10,9 @@ namespace malha::study {
 
 class ProgressLine {
  public:
-  /// `silence`: s between plain lines.
+  /// `silence`: minimum time between plain lines, s.
   explicit ProgressLine(double silence) : silence_(silence) {}
-  /// `part` of everything is done: 0 to 1.
+  /// `part`: the finished part of the whole work, 0 to 1.
   void operator()(const std::string& what, double part);
   void clear() { status_.clear(); }  // before results are printed
 

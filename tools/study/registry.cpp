@@ -11,15 +11,13 @@ namespace malha::study {
 
 const std::vector<Study>& studies() {
   static const std::vector<Study> all{
-      {"accuracy", "Error against cost of every method, beside explicit and implicit integrators", run_accuracy, true},
-      {"published", "Cases that papers print, repeated with their own parameters, ours beside theirs", run_published},
-      {"stability", "Where each method fails, how, and what guards the user", run_stability},
-      {"scaling", "How much faster more threads are, pass by pass, on the same body and on one that grows", run_scaling,
-       true},
-      {"parsimony", "What each feature adds to a scene: time, memory, kernels launched", run_parsimony},
-      {"size",
-       "What a particle costs in time, memory and set-up, and how far off it is, from 289 particles to 4 million",
-       run_size},
+      {"accuracy", "Error over cost of every method, with explicit and implicit integrators for comparison",
+       run_accuracy, true},
+      {"published", "Published results, repeated with the papers' parameters, beside malha's", run_published},
+      {"stability", "Settings with which each method fails, how it fails, and remedies", run_stability},
+      {"scaling", "Speed-up by more threads, pass by pass, on the same body and on one that grows", run_scaling, true},
+      {"parsimony", "Time, memory and kernel launches that each feature adds to a scene", run_parsimony},
+      {"size", "Time, memory and set-up per particle, and errors, from 289 particles to 4 million", run_size},
   };
   return all;
 }

@@ -11,16 +11,16 @@ std::string replay_file(const Study& study, const Replay& replay) { return study
 
 namespace {
 
-/// Leaves a run's page in the folder.
+/// Runs the scene and writes its page into the folder.
 void replay(Scene scene, const std::filesystem::path& folder, const std::atomic<bool>& stop) {
   scene.outputs = {}, scene.expect = {};
-  scene.outputs.page = PageSpec{4};  // of small scenes: two of them and more fit on a page that opens at once
+  scene.outputs.page = PageSpec{4};  // MB: two small runs fit on a page that opens at once
   RunOptions options;
   options.out = folder.string();
   try {
     run(
         scene, {.threads = 1}, options, [](const Progress&) {}, stop);
-  } catch (const Diverged&) {  // its page says so
+  } catch (const Diverged&) {  // the page shows it
   }
   if (stop) throw Interrupted{};
 }

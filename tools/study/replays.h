@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs that the page of the studies links to: two of a section's scenes beside each other, to be played in a browser.
+// Replays that the page of the studies links to: two of a section's scenes side by side, played in a browser.
 #pragma once
 #include <atomic>
 #include <filesystem>
@@ -10,11 +10,11 @@
 
 namespace malha::study {
 
-/// STUDY_NAME.html
+/// The file name of a replay: STUDY_NAME.html.
 std::string replay_file(const Study& study, const Replay& replay);
 
-/// Leaves the pages of all sections in the folder. A run that diverges ends there. Throws Interrupted where `stop` is
-/// set; std::runtime_error where something cannot be written.
+/// Writes the replays of all sections into the folder. A run that diverges ends early. Throws Interrupted if `stop` is
+/// set, and std::runtime_error if a file cannot be written.
 void write_replays(const std::filesystem::path& folder, const Study& study, const Findings& findings,
                    const std::function<void(const std::string&)>& show, const std::atomic<bool>& stop);
 

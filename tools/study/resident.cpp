@@ -12,9 +12,9 @@ namespace malha::study {
 
 namespace {
 
-bool forgets = false;
+bool peak_is_reset = false;
 
-/// A line of /proc/self/status, which is in KiB.
+/// A memory size from /proc/self/status, in bytes.
 std::optional<double> status(const std::string& key) {
   std::ifstream file("/proc/self/status");
   std::string word, rest;
@@ -32,11 +32,11 @@ std::optional<double> resident_bytes() {
   return status("VmRSS");
 }
 
-void forget_peak() {
+void reset_peak() {
   std::ofstream file("/proc/self/clear_refs");
-  forgets = static_cast<bool>(file << "5" << std::flush);
+  peak_is_reset = static_cast<bool>(file << "5" << std::flush);
 }
 
-std::optional<double> peak_bytes() { return forgets ? status("VmHWM") : std::nullopt; }
+std::optional<double> peak_bytes() { return peak_is_reset ? status("VmHWM") : std::nullopt; }
 
 }  // namespace malha::study

@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// How much of the machine's memory this process holds, where Linux says so.
+// Resident memory of this process, as Linux reports it.
 #pragma once
 #include <optional>
 
 namespace malha::study {
 
-/// Bytes held now, after what was given up went back to the system; none: not known.
+/// Resident bytes now, after freed memory was returned to the system; empty if unknown.
 std::optional<double> resident_bytes();
 
-/// The most that was held since forget_peak(); none: the system does not say or does not forget (getrusage never does).
+/// The peak of resident bytes since reset_peak(); empty if the system does not report or cannot reset it (getrusage
+/// cannot).
 std::optional<double> peak_bytes();
-void forget_peak();
+void reset_peak();
 
 }  // namespace malha::study

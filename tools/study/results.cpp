@@ -51,7 +51,7 @@ Json to_json(const Study& study, const Findings& findings, bool quick, const std
   for (const Section& section : findings.sections) {
     Json replays = Json::array();
     for (const Replay& replay : section.replays)
-      replays.push_back({{"file", replay_file(study, replay)}, {"words", replay.words}});
+      replays.push_back({{"file", replay_file(study, replay)}, {"words", replay.description}});
     json["sections"].push_back({{"title", section.title},
                                 {"sentences", section.sentences},
                                 {"chart", chart_name(study, section)},
@@ -70,7 +70,7 @@ std::string caption(const Json& json) {
     std::vector<std::string> machines;
     for (const Json& one : json["machines"])
       if (std::find(machines.begin(), machines.end(), machine(one)) == machines.end()) machines.push_back(machine(one));
-    if (machines.size() > 3) machines[3] = "and others", machines.resize(4);  // of a line
+    if (machines.size() > 3) machines[3] = "and others", machines.resize(4);  // as many as fit into a line
     made = "malha " + build.at("malha_version").get<std::string>() + "; " +
            counted(json["machines"].size(), "build or machine", "builds or machines") + ", which the rows name";
     for (const std::string& words : machines) made += "; " + words;

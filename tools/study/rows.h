@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fields of a study's rows.
+// Access to the fields of a study's rows.
 #pragma once
 #include <string>
 
@@ -7,11 +7,11 @@
 
 namespace malha::study {
 
-/// 0 where the row has none.
+/// The number of this key; 0 if the row has none.
 inline double number(const Json& row, const std::string& key) { return row.contains(key) ? row[key].get<double>() : 0; }
 
-/// Says in a row where its cell was measured, if cells come from several machines.
-inline void keep_machine(Json& row, const Json& cell) {
+/// Copies the machine that measured the cell into the row, if cells come from several machines.
+inline void copy_machine(Json& row, const Json& cell) {
   if (cell.contains("machine")) row["machine"] = cell["machine"];
 }
 

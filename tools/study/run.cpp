@@ -18,13 +18,13 @@ namespace malha::study {
 
 namespace {
 
-/// Tells builds of the same version apart.
+/// A hash of the executable, which distinguishes builds of the same version.
 std::string hash_of_this_program() {
   const std::string bytes = read_whole("/proc/self/exe");
   return hex(hash_bytes(bytes.data(), bytes.size()));
 }
 
-/// The program that made the cells of a file; null where there is none.
+/// The hash of the program that wrote a journal; null if there is none.
 Json program_of(const std::filesystem::path& file) {
   if (!std::filesystem::exists(file)) return nullptr;
   const std::string bytes = read_whole(file);
@@ -50,7 +50,7 @@ void print(const Study& study, const Findings& findings, const std::filesystem::
       std::cout << "replay      " << (out / replay_file(study, replay)).string() << "\n";
 }
 
-/// Writes what a study found, by the command and on the machines that are named, and says so.
+/// Writes the results of a study and prints them.
 void report(const Study& study, const Findings& findings, const std::filesystem::path& out, const Json& json,
             ProgressLine& progress, const std::atomic<bool>& stop) {
   write_replays(
@@ -61,18 +61,18 @@ void report(const Study& study, const Findings& findings, const std::filesystem:
   print(study, findings, out, no_chart);
 }
 
-/// "malha study accuracy --quick"
+/// The command of a study: "malha study accuracy --quick".
 std::string command_of(const Study& study, const Options& options) {
-  return "malha study " + study.name + (options.quick ? " --quick" : "") + options.on.words();
+  return "malha study " + study.name + (options.quick ? " --quick" : "") + options.on.command_options();
 }
 
-/// Measures what is not kept, of a share only what is its own.
+/// Measures the cells that the journal does not have; of a share only its own cells.
 void measure(const Study& study, const Options& options, const std::filesystem::path& out, const Json& build,
              const std::atomic<bool>& stop) {
   const auto file = out / journal_name(study.name, options.quick, options.share);
   const Json kept = options.keep ? program_of(file) : Json();
   const Json program = kept.is_null() ? Json(hash_of_this_program()) : kept;
-  const std::string name = study.name + (options.share ? " " + options.share->words() : "");
+  const std::string name = study.name + (options.share ? " " + options.share->text() : "");
   ProgressLine progress(10);
   const auto show = [&](const std::string& cell, int done, int planned) {
     progress(name + " " + std::to_string(done) + "/" + std::to_string(planned) + " " + cell,
@@ -86,17 +86,17 @@ void measure(const Study& study, const Options& options, const std::filesystem::
                   to_json(study, findings, options.quick, command_of(study, options), std::vector<Json>(1, build)),
                   progress, stop);
   progress.clear();
-  std::cout << "share       " << options.share->words() << " of " << study.name << ": "
+  std::cout << "share       " << options.share->text() << " of " << study.name << ": "
             << counted(cells.kept() + cells.made(), "cell") << " in " << file.string() << "\n";
 }
 
-/// Says which cells no share has measured.
+/// Prints the cells that no share has measured.
 void print_missing(const Study& study, const Options& options, const Merged& merged, const Cells& cells) {
   constexpr std::size_t shown = 20;
   for (const auto& [number, keys] : cells.missing()) {
-    const std::string share = Share{number, merged.shares}.words();
+    const std::string share = Share{number, merged.shares}.text();
     std::cerr << "malha study: " << study.name << ": share " << share
-              << (merged.given.contains(number) ? " lacks " : ", of which no journal is there, lacks ")
+              << (merged.given.contains(number) ? " lacks " : ", which has no journal, lacks ")
               << counted(keys.size(), "cell") << ": "
               << printable(listed(std::vector(keys.begin(), keys.begin() + std::min(keys.size(), shown)),
                                   [](const std::string& key) { return "\"" + key + "\""; }))
@@ -105,7 +105,7 @@ void print_missing(const Study& study, const Options& options, const Merged& mer
   }
 }
 
-/// Of shares; measures nothing. What is refused is found before anything is written.
+/// Merges shares; measures nothing. Everything is checked before anything is written.
 bool merge(const std::vector<const Study*>& asked, const Options& options, const std::filesystem::path& out,
            const Json& build, const std::atomic<bool>& stop) {
   const std::string program = hash_of_this_program();
@@ -144,10 +144,10 @@ bool run(const Options& options, const std::atomic<bool>& stop) {
     if (std::find(options.names.begin(), options.names.end(), study.name) != options.names.end())
       asked.push_back(&study);
   for (const Study* study : asked)
-    if (!study->anywhere && !options.on.words().empty())
-      malha::refuse("malha study " + study->name, "", "\"" + options.on.words().substr(1) + "\"",
-                    "accuracy and scaling, which run there; the others are of the host");
-  if (options.merge.empty()) options.on.require();
+    if (!study->any_backend && !options.on.command_options().empty())
+      malha::refuse("malha study " + study->name, "", "\"" + options.on.command_options().substr(1) + "\"",
+                    "accuracy and scaling, which run on any backend; the others run on the host");
+  if (options.merge.empty()) options.on.require_device();
   const Json build = bench::build_facts();
   if (!options.merge.empty()) {
     if (!merge(asked, options, out, build, stop)) return false;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// malha study: runs studies and leaves their results in a folder.
+// malha study: runs studies and writes their results into a folder.
 #pragma once
 #include <atomic>
 #include <filesystem>
@@ -14,20 +14,19 @@
 namespace malha::study {
 
 struct Options {
-  std::vector<std::string> names;  // of the registry
+  std::vector<std::string> names;  // of studies in the registry
   bool quick = false;
-  bench::RunsOn on;                          // where malha's cells run
-  bool keep = false;                         // take cells of another build of malha too
-  std::filesystem::path out;                 // empty: out/study, out/study_quick
-  std::optional<Share> share;                // that is measured, and nothing else is done
-  std::vector<std::filesystem::path> merge;  // folders with journals of shares; empty: what is not kept is measured
+  bench::RunsOn on;                          // backend of malha's cells
+  bool keep = false;                         // accept cells of other builds of malha
+  std::filesystem::path out;                 // empty: out/study or out/study_quick
+  std::optional<Share> share;                // measure only this share
+  std::vector<std::filesystem::path> merge;  // folders with journals of shares; empty: measure missing cells
 };
 
-/// Leaves NAME.csv, NAME.json, NAME_*.svg and .png for each, replays of some, and index.html with all studies that the
-/// folder holds; of a share the journals alone. False, with words on standard error and nothing written, where the
-/// shares that are merged lack cells.
-/// Throws Interrupted where `stop` is set; InputError of merged_shares() and for a study that does not run there;
-/// std::runtime_error where something cannot be written.
+/// Writes NAME.csv, NAME.json, NAME_*.svg and .png of each study, replays of some, and index.html with all studies of
+/// the folder; for a share only the journals. Returns false if merged shares lack cells; a message then goes to
+/// standard error and nothing is written. Throws Interrupted if `stop` is set, InputError from merged_shares() and for
+/// a study that does not run on the backend, and std::runtime_error if a file cannot be written.
 bool run(const Options& options, const std::atomic<bool>& stop);
 
 }  // namespace malha::study

@@ -28,10 +28,10 @@ std::string name_of(const Json& head) {
   return (head.at("quick").get<bool>() ? "the quick " : "") + text_of(head, "study");
 }
 
-/// The journals of shares that a folder holds, by the number of the share.
-std::vector<fs::path> journals_of(const fs::path& folder, const Json& own) {
-  const std::string study = text_of(own, "study");
-  const std::regex form(study + R"(\.(\d{1,6})of\d{1,6})" + (own.at("quick").get<bool>() ? R"(\.quick)" : "") +
+/// The journals of shares in a folder, sorted by the number of the share.
+std::vector<fs::path> journals_of(const fs::path& folder, const Json& expected) {
+  const std::string study = text_of(expected, "study");
+  const std::regex form(study + R"(\.(\d{1,6})of\d{1,6})" + (expected.at("quick").get<bool>() ? R"(\.quick)" : "") +
                         R"(\.cells\.jsonl)");
   std::vector<std::pair<int, fs::path>> found;
   std::error_code error;
@@ -40,22 +40,22 @@ std::vector<fs::path> journals_of(const fs::path& folder, const Json& own) {
     if (std::smatch parts; std::regex_match(name, parts, form)) found.push_back({std::stoi(parts[1]), entry.path()});
   }
   if (found.empty())
-    refuse(folder.string(), "", error ? error.message() : "no journal of a share of " + name_of(own),
+    refuse(folder.string(), "", error ? error.message() : "no journal of a share of " + name_of(expected),
            "a folder in which malha study " + study + " --share leaves its " +
-               journal_name(study, own.at("quick").get<bool>(), Share{1, 2}));
+               journal_name(study, expected.at("quick").get<bool>(), Share{1, 2}));
   std::sort(found.begin(), found.end());
   std::vector<fs::path> paths;
   for (auto& [number, path] : found) paths.push_back(std::move(path));
   return paths;
 }
 
-/// One line after the other, with places for messages.
+/// Reads a journal line by line, with line numbers for messages.
 class Reader {
  public:
-  Reader(const fs::path& file, const Json& own)
-      : file_(file.string()), text_(read_input(file, "a file that can be read")), own_(own) {}
+  Reader(const fs::path& file, const Json& expected)
+      : file_(file.string()), text_(read_input(file, "a file that can be read")), expected_(expected) {}
 
-  /// The next line; none at the end.
+  /// The next line; empty at the end.
   std::optional<Json> next() {
     if (at_ == text_.size()) return {};
     ++line_;
@@ -63,24 +63,25 @@ class Reader {
     Json json = end == std::string::npos ? Json(Json::value_t::discarded)
                                          : Json::parse(text_.substr(at_, end - at_), nullptr, false);
     if (json.is_discarded())
-      refuse("a torn line", "whole lines of JSON; the share goes on there with its command, or anew without this file");
+      refuse("a torn line",
+             "complete lines of JSON; its command resumes the share there, or starts anew without this file");
     at_ = end + 1;
     return json;
   }
 
-  /// The first line, where its cells may stand beside those of `own`.
+  /// The first line. Refuses a journal whose cells are not comparable with those of `expected`.
   Json head(bool keep) {
     const std::optional<Json> line = next();
     const Json head = line ? *line : Json();
     for (const char* key : {"study", "quick", "build", "program", "share"})
       if (!head.is_object() || !head.contains(key)) refuse(line ? "no " + malha::quoted(key) : "nothing", kHead);
-    for (const auto& fact : own_.at("build").items())
+    for (const auto& fact : expected_.at("build").items())
       if (!head["build"].contains(fact.key())) refuse("no " + malha::quoted(fact.key()), kHead);
-    for (const char* key : {"study", "quick"}) same(key, head.at(key), own_.at(key), "");
-    same("on", head.value("on", ""), own_.value("on", ""), "");
-    same("malha", head.at("build").at("malha_version"), own_.at("build").at("malha_version"), ", as this program");
+    for (const char* key : {"study", "quick"}) same(key, head.at(key), expected_.at(key), "");
+    same("on", head.value("on", ""), expected_.value("on", ""), "");
+    same("malha", head.at("build").at("malha_version"), expected_.at("build").at("malha_version"), ", as this program");
     if (!keep)
-      same("program", head.at("program"), own_.at("program"), ", this one; or --keep, which takes other builds");
+      same("program", head.at("program"), expected_.at("program"), ", this one; or --keep, which takes other builds");
     return head;
   }
 
@@ -90,17 +91,17 @@ class Reader {
   std::string place() const { return "line " + std::to_string(line_); }
 
  private:
-  void same(const char* key, const Json& found, const Json& allowed, const std::string& words) const {
-    if (found != allowed) refuse(std::string(key) + " " + found.dump(), allowed.dump() + words);
+  void same(const char* key, const Json& found, const Json& allowed, const std::string& text) const {
+    if (found != allowed) refuse(std::string(key) + " " + found.dump(), allowed.dump() + text);
   }
 
   std::string file_, text_;
-  const Json& own_;
+  const Json& expected_;
   std::size_t at_ = 0;
   int line_ = 0;
 };
 
-/// Says in a cell, or in each part of one, on which machine it was measured.
+/// Stores the machine that measured a cell in the cell, or in each of its parts.
 void name_machine(Json& cell, const std::string& machine) {
   if (cell.is_object()) cell["machine"] = machine;
   if (cell.is_array())
@@ -128,31 +129,31 @@ std::string journal_name(const std::string& study, bool quick, const std::option
 Json journal_head(const std::string& study, bool quick, const Json& build, const Json& program,
                   const std::optional<Share>& share, const bench::RunsOn& on) {
   Json head{{"study", study}, {"quick", quick}, {"build", build}, {"program", program}};
-  if (const std::string words = on.words(); !words.empty()) head["on"] = words;
-  if (share) head["share"] = share->words();
+  if (const std::string text = on.command_options(); !text.empty()) head["on"] = text;
+  if (share) head["share"] = share->text();
   return head;
 }
 
-Merged merged_shares(const std::vector<fs::path>& folders, const Json& own, bool keep) {
+Merged merged_shares(const std::vector<fs::path>& folders, const Json& expected, bool keep) {
   std::set<fs::path> known;
   for (const fs::path& folder : folders)
     if (!known.insert(fs::weakly_canonical(folder)).second)
       refuse("malha study", "--merge", "'" + folder.string() + "' twice", "each folder once");
   Merged merged;
-  struct Place {
-    std::string words;
+  struct CellSource {
+    std::string text;
     std::size_t machine;
   };
-  std::map<std::string, Place> places;
+  std::map<std::string, CellSource> sources;
   for (const fs::path& folder : folders)
-    for (const fs::path& file : journals_of(folder, own)) {
-      Reader reader(file, own);
+    for (const fs::path& file : journals_of(folder, expected)) {
+      Reader reader(file, expected);
       const Json head = reader.head(keep);
       const std::optional<Share> share = share_of(text_of(head, "share"));
       if (!share) reader.refuse("the share " + head["share"].dump(), "such as 1/3");
       if (merged.given.empty()) merged.shares = share->n;
       if (share->n != merged.shares)
-        reader.refuse("share " + share->words(),
+        reader.refuse("share " + share->text(),
                       "shares of " + std::to_string(merged.shares) + ", as in " + merged.found_in[0]);
       merged.given.insert(share->i);
       Json build = head["build"];
@@ -164,17 +165,17 @@ Merged merged_shares(const std::vector<fs::path>& folders, const Json& own, bool
         if (!line->is_object() || !line->contains("key") || !line->contains("value"))
           reader.refuse("no cell", "a key and its value");
         const std::string key = text_of(*line, "key");
-        const auto [before, fresh] = places.insert({key, {file.string() + ", " + reader.place(), machine}});
+        const auto [before, fresh] = sources.insert({key, {file.string() + ", " + reader.place(), machine}});
         if (fresh)
-          merged.cells[key] = line->at("value");  // the first one, where two are the same
+          merged.cells[key] = line->at("value");  // the first of equal ones
         else if (merged.cells[key] != line->at("value"))
-          reader.refuse(malha::quoted(key) + ", measured again with another result than in " + before->second.words,
+          reader.refuse(malha::quoted(key) + ", measured again with another result than in " + before->second.text,
                         "one journal of each share");
       }
     }
   if (merged.builds.size() > 1)
     for (auto& [key, cell] : merged.cells) {
-      const Json& build = merged.builds[places.at(key).machine];
+      const Json& build = merged.builds[sources.at(key).machine];
       name_machine(cell, maker(build) + "; program " + text_of(build, "program"));
     }
   return merged;
@@ -190,8 +191,8 @@ int Merged::cores() const {
 }
 
 std::string maker(const Json& build) {
-  std::string flags, flag;  // those that a reader asks for; NAME.json has all
-  for (std::istringstream words(text_of(build, "flags")); words >> flag;)
+  std::string flags, flag;  // the relevant ones; NAME.json has all
+  for (std::istringstream text(text_of(build, "flags")); text >> flag;)
     if (flag.starts_with("-O") || flag.starts_with("-march") || flag.starts_with("-fsan")) flags += " " + flag;
   return "malha " + text_of(build, "malha_version") + ", " + text_of(build, "compiler") + flags + ", " +
          text_of(build, "instructions") + "; " + machine(build);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The step of studies whose cases do not say otherwise.
+// Default time step of the studies.
 #pragma once
 
 namespace malha::study {

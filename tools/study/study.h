@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Studies: what malha's methods do, measured and charted. One study is a function that makes cells and says what they
-// show; the registry lists all.
+// Studies: measurements of malha's methods, with charts. A study is a function that measures cells and reports what
+// they show; the registry lists all of them.
 #pragma once
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -15,7 +15,7 @@ namespace malha::study {
 
 struct Chart {
   std::string name;      // the files are STUDY_NAME.svg and .png
-  std::string settings;  // gnuplot's lines before the plot
+  std::string settings;  // gnuplot commands before the plot
   std::vector<bench::Series> series = {};
 };
 
@@ -24,14 +24,14 @@ struct Table {
   std::vector<std::vector<std::string>> rows = {};
 };
 
-/// Two scenes to be played beside each other, as long as their durations; their names are those of the sides.
+/// Two scenes that are played side by side for their durations; the sides have their names.
 struct Replay {
   std::string name;  // the file is STUDY_NAME.html
-  std::string words;
+  std::string description;
   Scene left, right;
 };
 
-/// A part of the page: what was looked at, what the rows say about it, the picture and the numbers.
+/// A part of the page: a title, sentences about the rows, a chart and a table.
 struct Section {
   std::string title;
   std::vector<std::string> sentences = {};  // computed from the rows, never written by hand
@@ -40,33 +40,33 @@ struct Section {
   std::vector<Replay> replays = {};
 };
 
-/// Adds to a list in words: "a, b".
-inline void add_to(std::string& list, const std::string& words, const char* between = ", ") {
+/// Appends to a list in words: "a, b".
+inline void append(std::string& list, const std::string& words, const char* between = ", ") {
   list += (list.empty() ? "" : between) + words;
 }
 
-/// What `say` says of each, if anything.
+/// The non-empty descriptions of the items, joined.
 template <class Items, class Say>
-std::string listed(const Items& items, const Say& say, const char* between = ", ") {
+std::string listed(const Items& items, const Say& describe, const char* between = ", ") {
   std::string list;
   for (const auto& item : items)
-    if (const std::string words = say(item); !words.empty()) add_to(list, words, between);
+    if (const std::string words = describe(item); !words.empty()) append(list, words, between);
   return list;
 }
 
 struct Findings {
-  Json rows = Json::array();  // of flat objects: NAME.csv and "rows" of NAME.json
+  Json rows = Json::array();  // flat objects, for NAME.csv and "rows" of NAME.json
   std::vector<Section> sections;
 };
 
 struct Study {
   std::string name;
-  std::string what;  // one sentence: what it shows
+  std::string what;  // one sentence about its subject
   Findings (*run)(Cells& cells);
-  bool anywhere = false;  // on any backend: others are of the host's alone
+  bool any_backend = false;  // false: runs on the host only
 };
 
-/// All, in the order in which they run and are shown.
+/// All studies, in the order in which they run and are shown.
 const std::vector<Study>& studies();
 
 }  // namespace malha::study

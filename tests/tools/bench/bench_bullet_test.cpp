@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The benchmark's cloth in Bullet is the one that malha hangs. Built only where Bullet was found.
+// The benchmark's cloth in Bullet is the same as in malha. Built only if Bullet was found.
 #include <BulletSoftBody/btSoftBody.h>
 #include <gtest/gtest.h>
 
@@ -12,17 +12,17 @@ namespace {
 
 class BulletClothes : public testing::TestWithParam<bool> {
  protected:
-  BulletClothes() : which_(GetParam() ? grid_case(17) : irregular_case(400)), scene_(hanging(which_, {1, 10})) {}
+  BulletClothes() : which_(GetParam() ? grid_case(17) : irregular_case(400)), scene_(hanging_cloth(which_, {1, 10})) {}
   Case which_;
   Scene scene_;
 };
 INSTANTIATE_TEST_SUITE_P(Both, BulletClothes, testing::Bool(),
                          [](const auto& now) { return now.param ? "Grid" : "Irregular"; });
 
-TEST_P(BulletClothes, AreThoseOfMalha) {
+TEST_P(BulletClothes, HaveThePointsAndLinksOfMalha) {
   const Cloth cloth = cloth_of(scene_);
   BulletCloth bullet(cloth, scene_.gravity, 10);
-  bullet.step(scene_.solver.dt);  // Bullet sets its rest lengths when it first steps
+  bullet.step(scene_.solver.dt);  // Bullet sets its rest lengths in the first step
   const btSoftBody& body = bullet.body();
   ASSERT_EQ(body.m_nodes.size(), static_cast<int>(cloth.points.size()));
   ASSERT_EQ(body.m_links.size(), static_cast<int>(cloth.links.size()));
@@ -50,7 +50,8 @@ TEST_P(BulletClothes, FallFreelyWithoutPins) {
     const btSoftBody::Node& node = bullet.body().m_nodes[static_cast<int>(i)];
     momentum += node.m_v.y() / double(node.m_im);
   }
-  EXPECT_NEAR(momentum, -9.81 * 10 * dt, 1e-3);  // kg m/s: 1 kg, no damping; float positions over dt are 1e-5
+  EXPECT_NEAR(momentum, -9.81 * 10 * dt,
+              1e-3);  // kg m/s: 1 kg, no damping; rounding of float positions over dt is 1e-5
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The benchmark's cloth: the irregular mesh is one, and what other libraries hang is what malha hangs.
+// The benchmark's cloth: the irregular mesh is valid, and other libraries get the same cloth as malha.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -16,12 +16,12 @@
 namespace malha::bench {
 namespace {
 
-/// Twice the area seen from +y: positive where the normal points there.
+/// Twice the signed area: positive if the normal points to +y.
 double twice_area(const Vec3& a, const Vec3& b, const Vec3& c) {
   return (b[2] - a[2]) * (c[0] - a[0]) - (b[0] - a[0]) * (c[2] - a[2]);
 }
 
-TEST(IrregularSheet, IsADiscOfTrianglesThatAllFaceOneWay) {
+TEST(IrregularSheet, IsAConsistentlyOrientedDiscOfTriangles) {
   const int side = 316, n = side * side;
   const Mesh mesh = irregular_sheet(side, 2);
   ASSERT_EQ(static_cast<int>(mesh.points.size()), n);
@@ -35,13 +35,14 @@ TEST(IrregularSheet, IsADiscOfTrianglesThatAllFaceOneWay) {
     for (int k = 0; k < 3; ++k)
       EXPECT_TRUE(sides.insert({face[k], face[(k + 1) % 3]}).second) << "two triangles on one side of an edge";
   }
-  EXPECT_NEAR(area, 4, 1e-9) << "no gaps and no overlaps; sums of 200,000 terms";
+  EXPECT_NEAR(area, 4, 1e-9) << "without gaps and overlaps; sums of 200,000 terms";
   const std::vector<Edge> all = edges(mesh);
   const auto border = std::count_if(all.begin(), all.end(), [&sides](const Edge& e) {
     return !sides.contains({e[0], e[1]}) || !sides.contains({e[1], e[0]});
   });
   EXPECT_EQ(border, 4 * (side - 1));
-  EXPECT_EQ(n - static_cast<int>(all.size()) + static_cast<int>(mesh.faces.size()), 1) << "Euler, of a disc";
+  EXPECT_EQ(n - static_cast<int>(all.size()) + static_cast<int>(mesh.faces.size()), 1)
+      << "Euler characteristic of a disc";
   int parts = 0;
   components(n, all, parts);
   EXPECT_EQ(parts, 1);
@@ -66,7 +67,7 @@ TEST(IrregularSheet, HasPointsOfFourToNineNeighboursInNoOrder) {
   EXPECT_NEAR(apart / static_cast<double>(all.size() * mesh.points.size()), 1.0 / 3, 0.01);
 }
 
-TEST(IrregularSheet, IsTheSameEverywhere) {
+TEST(IrregularSheet, IsTheSameOnEveryPlatform) {
   const Mesh mesh = irregular_sheet(20, 2);
   EXPECT_EQ(hash_bytes(mesh.faces.data(), mesh.faces.size() * sizeof(Quad)), 10574377595618693642u);
   EXPECT_EQ(hash_bytes(mesh.points.data(), mesh.points.size() * sizeof(Vec3)), 10438142190506594994u);
@@ -74,7 +75,7 @@ TEST(IrregularSheet, IsTheSameEverywhere) {
 
 class Clothes : public testing::TestWithParam<bool> {
  protected:
-  Clothes() : which_(GetParam() ? grid_case(17) : irregular_case(400)), scene_(hanging(which_, {1, 10})) {}
+  Clothes() : which_(GetParam() ? grid_case(17) : irregular_case(400)), scene_(hanging_cloth(which_, {1, 10})) {}
   Case which_;
   Scene scene_;
 };
@@ -106,7 +107,7 @@ TEST_P(Clothes, HaveTheModelsLinksAndMasses) {
   EXPECT_EQ(ours.size(), cloth.links.size());
 }
 
-TEST_P(Clothes, AreStrainedAsMalhaMeasures) {
+TEST_P(Clothes, HaveTheStrainThatMalhaMeasures) {
   const Cloth cloth = cloth_of(scene_);
   Simulation simulation(scene_, {.threads = 1});
   for (int step = 0; step < 60; ++step) simulation.step();

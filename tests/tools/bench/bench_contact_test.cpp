@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// malha bench contact, small.
+// The benchmark malha bench contact with small cases.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -10,7 +10,7 @@
 namespace malha {
 namespace {
 
-TEST(BenchContact, MeasuresWhatLooksAtContactsCostAndHold) {
+TEST(BenchContact, MeasuresTimeQueriesAndBytes) {
   const TemporaryFolder folder;
   bench::ContactOptions options;
   options.cases = {"ramp", "rotating_sphere"}, options.threads = {1, 2}, options.repeats = 1, options.seconds = 1e-3;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// malha bench filter as a user meets it, and what it compares. Speed is never asserted.
+// The command malha bench filter, and the variants that it compares. Speed is never asserted.
 #include <sched.h>
 
 #include <cmath>
@@ -20,16 +20,16 @@ namespace {
 
 using Json = nlohmann::json;
 
-/// Rows of a size and number of threads that are not malha's.
+/// The number of OpenBLAS's rows per size and number of threads.
 std::size_t peers() { return openblas_version().empty() ? 0 : 3; }
 
-/// A run as short as it can be.
+/// Runs the benchmark as briefly as possible.
 Ended bench_filter(std::vector<std::string> words, const TemporaryFolder& folder) {
   words.insert(words.begin(), {"bench", "filter", "--seconds", "0.001", "--repeats", "2"});
   return malha_command(words, folder / ".");
 }
 
-/// Every row has its keys, and numbers that can be divided by.
+/// Expects all keys in every row, and positive finite numbers.
 void expect_whole_filter(const Json& rows) {
   for (const Json& row : rows) {
     for (const char* key : {"kernel", "storage"}) EXPECT_TRUE(row.contains(key) && row[key].is_string()) << row;
@@ -49,10 +49,10 @@ void expect_whole_filter(const Json& rows) {
   }
 }
 
-/// Errors that the storage may cause, of noise and of elastic forces at 10 x 10.
+/// Upper bounds of the errors for noise and elastic forces at 10 x 10, by storage.
 double most_error(const std::string& storage) { return storage == "double" ? 1e-12 : storage == "float" ? 1e-5 : 1e-2; }
 
-TEST(BenchFilter, WritesARowForAllThatTookPart) {
+TEST(BenchFilter, WritesARowForEveryVariant) {
   const TemporaryFolder folder;
   const Ended ended = bench_filter({"--n", "10", "--threads", "2,1", "--json", "rows/rows.json"}, folder);
   ASSERT_EQ(ended.status, 0) << ended.err;
@@ -63,7 +63,7 @@ TEST(BenchFilter, WritesARowForAllThatTookPart) {
   for (const Json& row : rows) {
     const std::string storage = row["storage"];
     who.insert(row["kernel"].get<std::string>() + " " + storage + " " + row["threads"].dump());
-    EXPECT_EQ(row["n"], 90) << "10 x 10, less the row of pins";
+    EXPECT_EQ(row["n"], 90) << "10 x 10 without the row of pins";
     EXPECT_EQ(row["particles"], 100);
     EXPECT_LT(row["relative_error"], most_error(storage)) << row;
     EXPECT_LT(row["relative_error_elastic"], most_error(storage)) << row;
@@ -78,7 +78,7 @@ TEST(BenchFilter, WritesARowForAllThatTookPart) {
   for (const char* key : {"compiler", "flags", "instructions", "cpu", "triad_gb_per_s", "read_gb_per_s", "cache_bytes"})
     EXPECT_TRUE(Json::parse(files.at("filter_machine.json")).contains(key)) << key;
   for (const char* part : {"N = 10: 90 unknowns, 100 particles", "on 1 thread ", "on 2 threads ",
-                           peers() > 0 ? "; OpenBLAS " : "OpenBLAS on 1 thread: it was not there"})
+                           peers() > 0 ? "; OpenBLAS " : "OpenBLAS on 1 thread: it was not installed"})
     EXPECT_TRUE(has(ended.out, part)) << part << " is not in\n" << ended.out;
   for (const auto& [name, bytes] : files) EXPECT_FALSE(name.ends_with(".tmp")) << name;
   if (has(ended.err, "gnuplot")) GTEST_SKIP() << ended.err;
@@ -86,7 +86,7 @@ TEST(BenchFilter, WritesARowForAllThatTookPart) {
   EXPECT_TRUE(has(files.at("filter.svg"), "</svg>"));
 }
 
-TEST(BenchFilter, RestrictsItselfToOneKernel) {
+TEST(BenchFilter, MeasuresOnlyTheSelectedKernel) {
   const TemporaryFolder folder;
   ASSERT_EQ(bench_filter({"--n", "6", "--threads", "1", "--kernel", "sparse"}, folder).status, 0);
   const Json rows = Json::parse(bytes_of(folder / "out/bench_filter/filter.json"));
@@ -94,7 +94,7 @@ TEST(BenchFilter, RestrictsItselfToOneKernel) {
   for (const Json& row : rows) EXPECT_EQ(row["kernel"], "sparse");
 }
 
-TEST(BenchFilter, FindsWhatRunsInRealTimeUpToTheLargestSizeGiven) {
+TEST(BenchFilter, FindsTheRealTimeLimitUpToTheLargestSizeGiven) {
   const TemporaryFolder folder;
   const Ended ended = bench_filter({"--n", "6,12", "--threads", "1", "--kernel", "step"}, folder);
   ASSERT_EQ(ended.status, 0) << ended.err;
@@ -111,8 +111,8 @@ TEST(BenchFilter, FindsWhatRunsInRealTimeUpToTheLargestSizeGiven) {
   }
 }
 
-TEST(BenchFilter, LeavesOpenBlasOutWhereItsThreadsWouldShareACore) {
-  if (peers() == 0) GTEST_SKIP() << "OpenBLAS was not there";
+TEST(BenchFilter, LeavesOpenBlasOutIfItsThreadsWouldShareACore) {
+  if (peers() == 0) GTEST_SKIP() << "OpenBLAS was not installed";
   const TemporaryFolder folder;
   setenv("OMP_PROC_BIND", "true", 1);
   const Ended ended = bench_filter({"--n", "6", "--threads", "2", "--kernel", "dense"}, folder);
@@ -122,7 +122,7 @@ TEST(BenchFilter, LeavesOpenBlasOutWhereItsThreadsWouldShareACore) {
   EXPECT_TRUE(has(ended.out, "left out: OpenBLAS on 2 threads: OMP_PROC_BIND ")) << ended.out;
 }
 
-TEST(BenchFilter, RefusesWhatCannotBeMeantAndWritesNothing) {
+TEST(BenchFilter, RefusesInvalidOptionsAndWritesNothing) {
   const TemporaryFolder folder;
   const std::string see = "; see malha bench filter --help\n";
   const std::vector<std::pair<std::vector<std::string>, std::string>> slips{
@@ -147,7 +147,7 @@ TEST(BenchFilter, RefusesWhatCannotBeMeantAndWritesNothing) {
   EXPECT_TRUE(files_in(folder / ".").empty());
 }
 
-TEST(BenchFilter, SaysBeforeItRunsThatItCannotWrite) {
+TEST(BenchFilter, FailsBeforeMeasuringIfItCannotWrite) {
   const TemporaryFolder folder;
   folder.write("file", "not a folder");
   const Ended ended = bench_filter({"--n", "5", "--out", "file/out"}, folder);
@@ -156,16 +156,16 @@ TEST(BenchFilter, SaysBeforeItRunsThatItCannotWrite) {
   EXPECT_EQ(ended.out, "");
 }
 
-TEST(BenchFilterCase, AllContestantsSolveTheSystem) {
+TEST(BenchFilterCase, AllVariantsSolveTheSystem) {
   FilterCase which(12, 1);
   std::vector<std::string> left_out;
-  const std::vector<Contestant> all = which.contestants(1, true, true, left_out);
+  const std::vector<ProductVariant> all = which.variants(1, true, true, left_out);
   ASSERT_EQ(all.size(), 5 + peers());
   const SpringSystem& system = which.system();
   std::vector<double> forces;
   for (int i = 0; i < 3 * system.count(); ++i) forces.push_back(std::sin(i + 1.0));
-  for (const Contestant& one : all) {
-    // A S F = F, to what the storage leaves of S.
+  for (const ProductVariant& one : all) {
+    // A S F = F, to the precision of the stored S.
     const double error = relative_difference(multiply(system, one.apply(forces)), forces);
     EXPECT_LT(error, most_error(one.row.storage)) << one.row.kernel << " " << one.row.storage;
   }
@@ -176,7 +176,7 @@ TEST(BenchFilterCase, CountsTheBytesThatAProductReads) {
   FilterCase which(17, 1);
   std::vector<std::string> left_out;
   const double n = 272;
-  for (const Contestant& one : which.contestants(1, true, false, left_out)) {
+  for (const ProductVariant& one : which.variants(1, true, false, left_out)) {
     const std::string& kernel = one.row.kernel;
     const double number = one.row.storage == "double" ? 8 : one.row.storage == "float" ? 4 : 2;
     const double triangle = n * (n + 1) / 2 * number;
@@ -189,7 +189,7 @@ TEST(BenchFilterCase, CountsTheBytesThatAProductReads) {
   }
 }
 
-TEST(LargestSide, IsFoundToTwoPercentWhateverThePower) {
+TEST(LargestSide, IsFoundToTwoPercentForAnyPower) {
   for (const double power : {1.5, 2.3, 4.0})
     for (const int wanted : {3, 4, 57, 100, 316, 900}) {
       int tries = 0;
@@ -225,27 +225,28 @@ TEST(BenchFilterRow, ComparesTurnByTurn) {
   EXPECT_DOUBLE_EQ(times_as_fast(dense, blas), 10) << "the first turn was slow for both";
   EXPECT_DOUBLE_EQ(dense.ms(), 2);
   EXPECT_DOUBLE_EQ(dense.gb_per_s(), 3);
-  EXPECT_DOUBLE_EQ(dense.of_read(), 0.5);
+  EXPECT_DOUBLE_EQ(dense.part_of_read_bandwidth(), 0.5);
   EXPECT_DOUBLE_EQ(dense.times_triad(), 2);
 }
 
-TEST(BenchFilterTable, SaysWhatIsMetAndWhatIsNot) {
+TEST(BenchFilterTable, SaysWhichPromisesAreMet) {
   std::vector<FilterRow> rows{row_of("dense", 46, {1e-3, 1e-3, 1e-3}), row_of("sgemm", 46, {6e-3, 6e-3, 6e-3}),
                               row_of("ssymm", 46, {9e-3, 9e-3, 9e-3}), row_of("ssymv", 46, {2e-3, 2e-3, 2e-3}),
                               row_of("sparse", 316, {5e-3, 5e-3, 5e-3})};
   rows[0].bytes = 2e6, rows[4].threads = 2;
-  std::string text = bars(rows, 3e6);
+  std::string text = promise_lines(rows, 3e6);
   EXPECT_TRUE(has(text, " 6.00 x as fast as the better of sgemm and ssymm, at least 5: met\n")) << text;
   EXPECT_TRUE(has(text, " 2.00 x as fast as three ssymv, at least 3: NOT MET\n")) << text;
   EXPECT_TRUE(has(text, " 5.00 ms, at most 4 (5.00 x a triad over as many bytes): NOT MET\n")) << text;
-  EXPECT_FALSE(has(text, "reading")) << "the cache holds it: " << text;
-  text = bars(rows, 1e6);
+  EXPECT_FALSE(has(text, "reading")) << "it fits into the cache: " << text;
+  text = promise_lines(rows, 1e6);
   EXPECT_TRUE(has(text, "100 % of the bandwidth of reading, at least 85: met\n")) << text;
 }
 
 TEST(BenchFilterTable, FindsTheCrossoverBetweenTwoSizes) {
   const auto at = [](const std::string& kernel, int side, double ms) { return row_of(kernel, side, {ms, ms, ms}); };
-  // Twice as fast as sparse at 90 unknowns, half as fast at 9,900: alike in the middle, on logarithmic scales.
+  // Dense is twice as fast as sparse at 90 unknowns, and half as fast at 9,900: equal in the middle on logarithmic
+  // scales.
   const std::vector<FilterRow> rows{at("dense", 10, 1), at("sparse", 10, 2), at("dense", 100, 8), at("sparse", 100, 4)};
   EXPECT_TRUE(has(crossover(rows),
                   "on 1 thread sparse is the faster one from about 9.4e+02 unknowns on (measured at "
@@ -265,7 +266,7 @@ TEST(Streams, MoveAnyNumberOfBytes) {
     }
 }
 
-TEST(Pinned, LeavesThreadsWhereItFoundThem) {
+TEST(Pinned, RestoresTheAffinityOfThreads) {
   cpu_set_t before, during, after;
   sched_getaffinity(0, sizeof before, &before);
   if (CPU_COUNT(&before) < 2) GTEST_SKIP() << "one core";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// malha bench self, small.
+// The benchmark malha bench self with small cases.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -10,7 +10,7 @@
 namespace malha {
 namespace {
 
-TEST(BenchSelf, MeasuresContactsWithoutCrossings) {
+TEST(BenchSelf, MeasuresContactsWithoutIntersections) {
   const TemporaryFolder folder;
   bench::SelfOptions options;
   options.n = {400}, options.threads = {1, 2}, options.repeats = 2, options.seconds = 1e-3;
@@ -28,7 +28,7 @@ TEST(BenchSelf, MeasuresContactsWithoutCrossings) {
   }
 }
 
-TEST(BenchSelf, RunsEveryMotionWithoutCrossings) {
+TEST(BenchSelf, RunsEveryMotionWithoutIntersections) {
   const TemporaryFolder folder;
   bench::SelfOptions options;
   options.cases = bench::self_case_names();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// malha bench projection as a user meets it. Speed is never asserted.
+// The command malha bench projection. Speed is never asserted.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -16,10 +16,10 @@ namespace {
 
 using Json = nlohmann::json;
 
-/// Rows of a case that are not malha's.
+/// The number of Bullet's rows per case.
 const std::size_t kPeers = bullet_version().empty() ? 0 : 1;
 
-/// An environment variable with another value, as long as this object lives.
+/// Sets an environment variable during the lifetime of this object.
 class Environment {
  public:
   Environment(const char* name, const std::string& value) : name_(name) {
@@ -38,13 +38,13 @@ class Environment {
   std::string before_;
 };
 
-/// A run as short as it can be.
+/// Runs the benchmark as briefly as possible.
 Ended bench(std::vector<std::string> words, const TemporaryFolder& folder) {
   words.insert(words.begin(), {"bench", "projection", "--seconds", "0.01", "--repeats", "1"});
   return malha_command(words, folder / ".");
 }
 
-/// Every row has its keys, and numbers that can be divided by.
+/// Expects all keys in every row, and positive finite numbers.
 void expect_whole(const Json& rows) {
   for (const Json& row : rows) {
     for (const char* key : {"case", "schedule", "library", "library_version", "state_hash"})
@@ -66,7 +66,7 @@ void expect_whole(const Json& rows) {
   }
 }
 
-TEST(BenchProjection, IsOfTheMachineThatItIsFor) {
+TEST(BenchProjection, PlansPatchesForTheGivenMachine) {
   const TemporaryFolder folder;
   const auto hash = [&](const std::string& machine) {
     const Ended ended = bench({"--n", "100", "--threads", "1", "--for", machine, "--json", "rows.json"}, folder);
@@ -75,10 +75,10 @@ TEST(BenchProjection, IsOfTheMachineThatItIsFor) {
     EXPECT_EQ(row["backend"], "openmp");
     return row["state_hash"].get<std::string>();
   };
-  EXPECT_NE(hash("h200"), hash("cpu")) << "other patches, other bits";
+  EXPECT_NE(hash("h200"), hash("cpu")) << "different patches lead to different bits";
 }
 
-TEST(Measuring, IsRefusedBeforeItStartsWhereThereIsNoDevice) {
+TEST(Measuring, IsRefusedBeforeItStartsIfThereIsNoDevice) {
   if (has_cuda()) GTEST_SKIP() << "there is a device";
   const TemporaryFolder folder;
   for (std::vector<std::string> words : {std::vector<std::string>{"bench", "projection"},
@@ -96,26 +96,27 @@ TEST(Measuring, IsRefusedBeforeItStartsWhereThereIsNoDevice) {
   }
 }
 
-TEST(Measuring, OfTheHostAloneSaysSo) {
+TEST(Measuring, IsRefusedForStudiesThatRunOnTheHostOnly) {
   const TemporaryFolder folder;
   const Ended size = malha_command({"study", "size", "--for", "h200", "--out", "results"}, folder / ".");
   EXPECT_EQ(size.status, 2);
-  EXPECT_EQ(size.err,
-            "malha study size: found \"--for h200\"; allowed: accuracy and scaling, which run there; the others are of "
-            "the host\n");
+  EXPECT_EQ(
+      size.err,
+      "malha study size: found \"--for h200\"; allowed: accuracy and scaling, which run on any backend; the others "
+      "run on the host\n");
   EXPECT_FALSE(std::filesystem::exists(folder / "results"));
 }
 
-TEST(Floor, OfADeviceIsItsMemorysAlone) {
+TEST(Floor, OfADeviceIsThatOfItsMemory) {
   Row row;
   row.case_name = "grid", row.particles = 100, row.constraints = 200, row.schedule = {10, 1}, row.backend = "cuda";
   row.projections = 10 * 2 * 200;
   set_floor(row, 1000, 5, 8);
   EXPECT_EQ(row.floor_operations_ns, 0);
-  EXPECT_DOUBLE_EQ(row.floor_ns(), 76.0 / 4 / 1000) << "76 bytes a particle and 4 projections, of 1,000 GB/s";
+  EXPECT_DOUBLE_EQ(row.floor_ns(), 76.0 / 4 / 1000) << "76 bytes per particle and 4 projections, at 1,000 GB/s";
 }
 
-TEST(BenchProjection, WritesARowForAllThatTookPart) {
+TEST(BenchProjection, WritesARowForEveryScheduleAndLibrary) {
   const TemporaryFolder folder;
   const Ended ended = bench({"--n", "17", "--threads", "2,1", "--json", "rows/rows.json"}, folder);
   ASSERT_EQ(ended.status, 0) << ended.err;
@@ -124,7 +125,7 @@ TEST(BenchProjection, WritesARowForAllThatTookPart) {
   std::vector<std::string> who{"malha 10x1 1", "malha 10x1 2",        "malha 1x10 1",
                                "malha 1x10 2", "malha 10x1 levels 1", "malha 10x1 levels 2"};
   if (kPeers == 1) who.push_back("bullet 1x10 1");
-  ASSERT_EQ(rows.size(), who.size()) << "malha's three schedules on two numbers of threads, and Bullet where it is";
+  ASSERT_EQ(rows.size(), who.size()) << "malha's three schedules on two numbers of threads, and Bullet if it was found";
   for (std::size_t k = 0; k < who.size(); ++k) {
     const Json& row = rows[k];
     EXPECT_EQ(
@@ -132,7 +133,7 @@ TEST(BenchProjection, WritesARowForAllThatTookPart) {
         who[k]);
     EXPECT_EQ(row["case"], "grid");
     EXPECT_EQ(row["n"], 17);
-    EXPECT_EQ(row["constraints"], 4 * 16 * 16 + 2 * 16 - 16) << "4 a cell, two borders, less what lies in the pins";
+    EXPECT_EQ(row["constraints"], 4 * 16 * 16 + 2 * 16 - 16) << "4 per cell, two borders, minus those between pins";
   }
   EXPECT_EQ(rows[0]["state_hash"], rows[1]["state_hash"]);
   EXPECT_EQ(rows[2]["state_hash"], rows[3]["state_hash"]);
@@ -147,7 +148,7 @@ TEST(BenchProjection, WritesARowForAllThatTookPart) {
     EXPECT_TRUE(Json::parse(files.at("projection_machine.json")).contains(key)) << key;
   for (const char* part :
        {"grid, N = 17: 289 particles, 1040 constraints", "  set-up on 2 threads: load ", "  memory: particles ",
-        "  10x1 on 2 threads: ", kPeers == 1 ? " as Bullet" : "Bullet is left out: it was not there"})
+        "  10x1 on 2 threads: ", kPeers == 1 ? " as Bullet" : "Bullet is left out: it was not installed"})
     EXPECT_TRUE(has(ended.out, part)) << part << " is not in\n" << ended.out;
   for (const auto& [name, bytes] : files) EXPECT_FALSE(name.ends_with(".tmp")) << name;
   if (has(ended.err, "gnuplot")) GTEST_SKIP() << ended.err;
@@ -155,8 +156,8 @@ TEST(BenchProjection, WritesARowForAllThatTookPart) {
   EXPECT_TRUE(has(files.at("projection.svg"), "</svg>"));
 }
 
-/// 11 edges from the pins to the other end are few enough for sweeps alone, 12 are not.
-TEST(BenchProjection, SetsLevelsOnlyWhereACaseHasThem) {
+/// With 11 edges from the pins to the other end "auto" makes no levels, with 12 it does.
+TEST(BenchProjection, MeasuresLevelsOnlyIfACaseHasThem) {
   const TemporaryFolder folder;
   const Ended ended = bench({"--n", "12,13", "--threads", "1"}, folder);
   ASSERT_EQ(ended.status, 0) << ended.err;
@@ -166,8 +167,8 @@ TEST(BenchProjection, SetsLevelsOnlyWhereACaseHasThem) {
   EXPECT_EQ(who, (std::vector<std::string>{"12 10x1", "12 1x10", "13 10x1", "13 1x10", "13 10x1 levels"}));
 }
 
-/// The large strain of a cloth whose way to the pins is long, and what levels make of it.
-TEST(BenchProjection, SetsLevelsBesideTheSameStepWithoutThem) {
+/// Levels reduce the large strain of a cloth whose particles are far from the pins.
+TEST(BenchProjection, ComparesLevelsWithTheSameStepWithoutThem) {
   const TemporaryFolder folder;
   const Ended ended = bench({"--n", "100", "--threads", "1"}, folder);
   ASSERT_EQ(ended.status, 0) << ended.err;
@@ -178,7 +179,7 @@ TEST(BenchProjection, SetsLevelsBesideTheSameStepWithoutThem) {
   EXPECT_EQ(plain["levels"], 0);
   EXPECT_EQ(levels["schedule"], "10x1 levels");
   EXPECT_GT(levels["levels"], 2);
-  EXPECT_EQ(levels["constraints"], plain["constraints"]) << "those of the cloth itself";
+  EXPECT_EQ(levels["constraints"], plain["constraints"]) << "only those of the cloth itself";
   EXPECT_GT(levels["times_the_step_without_levels"], 1);
   EXPECT_FALSE(plain.contains("times_the_step_without_levels"));
   EXPECT_LT(levels["strain_rms"].get<double>(), plain["strain_rms"].get<double>() / 3);
@@ -188,19 +189,19 @@ TEST(BenchProjection, SetsLevelsBesideTheSameStepWithoutThem) {
   EXPECT_TRUE(has(ended.out, "  levels on 1 thread: ")) << ended.out;
 }
 
-TEST(BenchProjection, DoesWithoutGnuplotAndSaysSo) {
+TEST(BenchProjection, RunsWithoutGnuplotAndReportsIt) {
   const TemporaryFolder folder;
   const Environment path("PATH", folder / ".");
   folder.write("projection.png", "of an earlier run");
   const Ended ended = bench({"--n", "5", "--threads", "1", "--out", "."}, folder);
   EXPECT_EQ(ended.status, 0);
-  EXPECT_EQ(ended.err, "malha bench: no chart: gnuplot is not here (Debian: gnuplot-nox)\n");
+  EXPECT_EQ(ended.err, "malha bench: no chart: gnuplot is not installed (Debian: gnuplot-nox)\n");
   std::vector<std::string> names;
   for (const auto& file : files_in(folder / ".")) names.push_back(file.first);
   EXPECT_EQ(names, (std::vector<std::string>{"projection.json", "projection.txt", "projection_machine.json"}));
 }
 
-TEST(BenchProjection, RestrictsItselfToTheIrregularMeshAndLeavesNoMeshFileBehind) {
+TEST(BenchProjection, MeasuresOnlyTheIrregularMeshAndRemovesItsFile) {
   const TemporaryFolder folder, scratch;
   const Environment temporary("TMPDIR", scratch / ".");
   const Ended ended = bench({"--case", "irregular", "--n", "390", "--threads", "1"}, folder);
@@ -216,7 +217,7 @@ TEST(BenchProjection, RestrictsItselfToTheIrregularMeshAndLeavesNoMeshFileBehind
   EXPECT_TRUE(std::filesystem::is_empty(scratch / "."));
 }
 
-TEST(BenchProjection, RefusesWhatCannotBeMeantAndWritesNothing) {
+TEST(BenchProjection, RefusesInvalidOptionsAndWritesNothing) {
   const TemporaryFolder folder;
   const std::string see = "; see malha bench projection --help\n";
   const std::vector<std::pair<std::vector<std::string>, std::string>> slips{
@@ -254,7 +255,7 @@ TEST(BenchProjection, RefusesWhatCannotBeMeantAndWritesNothing) {
   EXPECT_TRUE(files_in(folder / ".").empty());
 }
 
-TEST(BenchProjection, SaysBeforeItRunsThatItCannotWrite) {
+TEST(BenchProjection, FailsBeforeMeasuringIfItCannotWrite) {
   const TemporaryFolder folder;
   folder.write("file", "not a folder");
   const Ended ended = bench({"--n", "5", "--out", "file/out"}, folder);
@@ -269,7 +270,7 @@ TEST(BenchProjection, SaysBeforeItRunsThatItCannotWrite) {
   EXPECT_EQ(json.out, "");
 }
 
-TEST(BenchProjection, RefusesWhatDoesNotFitIntoMemory) {
+TEST(BenchProjection, RefusesCasesThatDoNotFitIntoMemory) {
   std::string threads = "1";
   for (int t = 2; t <= 400; ++t) threads += "," + std::to_string(t);
   const TemporaryFolder folder;
@@ -281,7 +282,7 @@ TEST(BenchProjection, RefusesWhatDoesNotFitIntoMemory) {
   EXPECT_TRUE(files_in(folder / ".").empty());
 }
 
-TEST(BenchProjection, KeepsTheCasesThatWereDoneBeforeItIsStopped) {
+TEST(BenchProjection, KeepsFinishedCasesWhenItIsStopped) {
   const TemporaryFolder folder;
   MalhaProcess process({"bench", "projection", "--n", "5,400", "--threads", "1", "--seconds", "0.01", "--repeats", "1",
                         "--json", "rows.json"},
@@ -303,7 +304,7 @@ Row row_of_steps(const Schedule& schedule, int threads, std::vector<double> step
   Row row;
   row.case_name = "grid";
   row.particles = 100, row.constraints = 400;
-  row.projections = row.constraints * schedule.projections() * 2;  // there and back
+  row.projections = row.constraints * schedule.projections() * 2;  // a symmetric sweep
   row.schedule = schedule, row.threads = threads;
   row.step_seconds = std::move(step_seconds);
   return row;
@@ -322,10 +323,10 @@ TEST(BenchRow, ComparesTurnByTurn) {
   EXPECT_DOUBLE_EQ(times_as_fast(fast, slow), 2) << "the second turn was slow for both";
 }
 
-TEST(BenchRow, HasItsFloorWhereTheBytesOrTheOperationsPutIt) {
+TEST(BenchRow, HasAFloorOfBytesOrOperations) {
   Row row = row_of_steps({10, 1}, 2, {1e-6});
   set_floor(row, 10, 0.5, 2);
-  EXPECT_DOUBLE_EQ(row.working_set_bytes, 40 * 100) << "a grid's constraints need no memory of their own";
+  EXPECT_DOUBLE_EQ(row.working_set_bytes, 40 * 100) << "a grid's constraints need no memory";
   EXPECT_DOUBLE_EQ(row.floor_memory_ns, 76.0 / 8 / 10);
   EXPECT_DOUBLE_EQ(row.floor_operations_ns, 0.25);
   EXPECT_DOUBLE_EQ(row.floor_ns(), 0.95);
@@ -336,7 +337,7 @@ TEST(BenchRow, HasItsFloorWhereTheBytesOrTheOperationsPutIt) {
   EXPECT_DOUBLE_EQ(row.floor_ns(), 0.25);
   row.threads = 64;
   set_floor(row, 100, 0.5, 2);
-  EXPECT_DOUBLE_EQ(row.floor_operations_ns, 0.25) << "two cores are no faster with 64 threads";
+  EXPECT_DOUBLE_EQ(row.floor_operations_ns, 0.25) << "64 threads on two cores are no faster than two";
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The quick version of a study, run once for all tests that look at it.
+// The quick version of a study, which runs once for all of its tests.
 #pragma once
 #include <atomic>
 

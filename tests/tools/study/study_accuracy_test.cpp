@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Facts of the study "accuracy" in its quick version: orders of convergence, and who is more accurate at equal work.
+// Quick version of the study "accuracy": orders of convergence, and accuracy at equal work.
 #include <algorithm>
 #include <cmath>
 #include <csignal>
@@ -38,11 +38,11 @@ TEST(StudyAccuracy, FindsTheOrdersOfTheIntegrators) {
   for (const char* of : {"oscillator", "orbit", "sheet7", "drum5", "shell", "chain"}) {
     const Points points = quick_points(of);
     EXPECT_NEAR(order_of(points, "RK4"), 4, 0.3) << of;
-    // A spring that swings five times a second takes more substeps than Newton's method is run with; XPBD of one spring
-    // is backward Euler.
+    // A spring that oscillates five times a second needs more substeps than Newton's method is run with; XPBD with one
+    // spring is backward Euler.
     const bool one_spring = of == std::string("oscillator") || of == std::string("orbit");
     EXPECT_NEAR(order_of(points, one_spring ? "XPBD, substeps, double" : "backward Euler, Newton"), 1, 0.35) << of;
-    // Of bodies a substep there and back leaves less error than backward Euler solved exactly, with as many.
+    // For bodies, substeps with a symmetric sweep are more accurate than as many substeps of exact backward Euler.
     if (!one_spring) {
       EXPECT_LT(point_of(points, "XPBD, substeps, double", "16x1").error,
                 0.6 * point_of(points, "backward Euler, Newton", "16 a frame").error)
@@ -58,40 +58,40 @@ double error_of_order(const std::string& series, int substeps) {
   throw std::runtime_error("there is no " + series);
 }
 
-TEST(StudyAccuracy, FindsThatConvergedSubstepsAreOfSecondOrderButForTheirStart) {
+TEST(StudyAccuracy, FindsThatConvergedSubstepsAreOfSecondOrderExceptAtTheStart) {
   const auto slope = [](const char* series) {
     return std::log(error_of_order(series, 10) / error_of_order(series, 40)) / std::log(4);
   };
   EXPECT_NEAR(slope("the same, to half a substep later"), 2, 0.35);
   EXPECT_NEAR(slope("malha, as many iterations as substeps"), 1, 0.2);
   for (const int n : {10, 20, 40}) {
-    // What is of first order is the whole kick of the first substep: v h / 2 at the 3 m/s of then, RMS.
+    // The first-order error is due to the whole kick of the first substep: v h / 2 at 3 m/s, RMS.
     EXPECT_NEAR(error_of_order("malha, as many iterations as substeps", n), 3.0 / 60 / n / 2, 0.3 * 3.0 / 60 / n / 2)
         << n;
     EXPECT_LT(error_of_order("malha, 1 iteration", n), 0.3 * error_of_order("one way, gradients at the end", n)) << n;
   }
 }
 
-/// Of a spring that turns XPBD is better: it moves its ends along the line between them where a substep began.
-TEST(StudyAccuracy, FindsThatXpbdOfOneSpringIsBackwardEulerUnlessItTurns) {
+/// With a rotating spring XPBD is more accurate: it moves the ends along their direction at the start of the substep.
+TEST(StudyAccuracy, FindsThatXpbdOfOneSpringIsBackwardEulerUnlessItRotates) {
   for (const char* of : {"oscillator", "orbit"}) {
     const Points points = quick_points(of);
     for (const char* n : {"1", "4", "16"}) {
       const Point& xpbd = point_of(points, "XPBD, substeps, double", std::string(n) + "x1");
       const Point& newton = point_of(points, "backward Euler, Newton", std::string(n) + " a frame");
       const double off = xpbd.error / newton.error - 1;
-      // One substep a frame hardly resolves the turn: what the spring carries then goes partly along where it is.
+      // One substep a frame hardly resolves the rotation, so that the two directions differ much.
       const double most = n == std::string("1") ? 0.05 : 0;
       EXPECT_TRUE(of == std::string("oscillator") ? std::abs(off) < 1e-6 : off < most) << of << " " << n << ": " << off;
     }
   }
 }
 
-TEST(StudyAccuracy, FindsThatIterationsAndRefineLeadToBackwardEulerAndNoFurther) {
+TEST(StudyAccuracy, FindsThatIterationsAndRefinementConvergeToBackwardEuler) {
   for (const char* of : {"sheet7", "drum5", "shell", "chain"}) {
     const Points points = quick_points(of);
     const double one = point_of(points, "backward Euler, Newton", "1 a frame").error;
-    // Iterations leave out how gradients turn within a step; that is a part of what the step itself errs by.
+    // Iterations ignore the rotation of gradients within a step, which causes a part of the step's error.
     EXPECT_NEAR(point_of(points, "XPBD, iterations", "1x256").error, one, 0.05 * one) << of;
     const double sixteen = point_of(points, "backward Euler, Newton", "16 a frame").error;
     EXPECT_NEAR(point_of(points, "Desbrun, refine, 16 substeps", "16, r = 16").error, sixteen, 0.1 * sixteen) << of;
@@ -108,16 +108,16 @@ TEST(StudyAccuracy, FindsThatSubstepsAreMoreAccurateThanIterationsAtEqualWork) {
   }
 }
 
-TEST(StudyAccuracy, FindsThatFloatKeepsWhatSubstepsGainHoweverManyThereAre) {
+TEST(StudyAccuracy, FindsThatFloatIsAsAccurateAsDoubleWithManySubsteps) {
   const Points points = quick_points("shell");
   const Point& in_double = point_of(points, "XPBD, substeps, double", "256x1");
   EXPECT_LT(point_of(points, "XPBD, substeps, float", "256x1").error, 1.5 * in_double.error);
   EXPECT_NEAR(point_of(points, "XPBD, substeps, float", "4x1").error,
               point_of(points, "XPBD, substeps, double", "4x1").error, 1e-3)
-      << "few substeps are as good in float";
+      << "few substeps are as accurate in float";
 }
 
-TEST(StudyAccuracy, FindsWhoKeepsMomentumOfAFreeBody) {
+TEST(StudyAccuracy, FindsMethodsThatConserveMomentumOfAFreeBody) {
   const Points points = quick_points("shell");
   const double whole = 0.5;  // kg m^2/s: the shell's angular momentum is 0.6
   const Point& inertia = point_of(points, "Desbrun, corrector inertia", "16, r = 0");
@@ -127,18 +127,18 @@ TEST(StudyAccuracy, FindsWhoKeepsMomentumOfAFreeBody) {
   EXPECT_GT(inertia.error, point_of(points, "XPBD, substeps, double", "16x1").error);
   for (const Point& point : points) {
     if (point.series.ends_with("float") || point.series.ends_with("int16") || point.series.starts_with("PBD")) continue;
-    EXPECT_LT(point.momentum, 1e-9) << point.series << " " << point.settings << ": in double all keep momentum";
+    EXPECT_LT(point.momentum, 1e-9) << point.series << " " << point.settings << ": all conserve momentum in double";
   }
 }
 
-TEST(StudyAccuracy, KnowsAfterFiveSecondsWhereATautSheetIs) {
+TEST(StudyAccuracy, KnowsTheMotionOfATautSheetForFiveSeconds) {
   EXPECT_LT(row_of("drum5", "RK4", "1 a frame", 5)["truth_known_to_m"], 1e-9);
   const Points late = quick_points("drum5", 5);
   EXPECT_LT(point_of(late, "RK4", "64 a frame").error, 1e-8);
   EXPECT_NEAR(order_of(late, "RK4"), 4, 0.3);
   const Point& cheap = point_of(late, "XPBD, substeps, double", "16x1");
-  const Point& dear = point_of(late, "XPBD, substeps, double", "256x1");
-  EXPECT_LT(dear.error, cheap.error / 4) << "no chaos hides what substeps gain";
+  const Point& costly = point_of(late, "XPBD, substeps, double", "256x1");
+  EXPECT_LT(costly.error, cheap.error / 4) << "the motion is not chaotic";
 }
 
 TEST(StudyAccuracy, KeepsAllSpringsOfATautSheetUnderTension) {
@@ -152,12 +152,12 @@ TEST(StudyAccuracy, KeepsAllSpringsOfATautSheetUnderTension) {
       ASSERT_GT(system->strains(state.x).minCoeff(), 0.05) << "of 0.11 at the start; step " << step;
       sunk = std::max(sunk, -state.x.minCoeff());
     }
-    EXPECT_GT(sunk, 0.05) << "it does move";
+    EXPECT_GT(sunk, 0.05) << "it moves";
   }
 }
 
-// Undamped, each step multiplies a mode's energy by 1 + (omega h)^2.
-TEST(StudyAccuracy, FindsThatExplicitEulerGainsTheEnergyOfTheory) {
+// Each step multiplies the energy of an undamped mode by 1 + (omega h)^2.
+TEST(StudyAccuracy, FindsThatExplicitEulerGainsTheTheoreticalEnergy) {
   const Points points = quick_points("oscillator");
   for (const int n : {64, 256}) {
     const std::string settings = std::to_string(n) + " a frame";
@@ -174,7 +174,7 @@ TEST(StudyAccuracy, FindsThatExplicitEulerGainsTheEnergyOfTheory) {
   }
 }
 
-TEST(StudyAccuracy, FindsThatDoubleDoesNotGivePbdAStiffness) {
+TEST(StudyAccuracy, FindsThatPbdErrsInDoubleAsInFloat) {
   for (const char* of : {"sheet7", "drum5", "chain"}) {
     const Points points = quick_points(of);
     for (const char* settings : {"1x1", "1x16", "1x64"}) {
@@ -185,11 +185,11 @@ TEST(StudyAccuracy, FindsThatDoubleDoesNotGivePbdAStiffness) {
   }
 }
 
-TEST(StudyAccuracy, FindsThatExplicitEulerDivergesBeyondItsStepAndTheOthersDoNot) {
+TEST(StudyAccuracy, FindsThatOnlyExplicitMethodsDivergeAtLargeSteps) {
   // 451 rad/s in steps of 1/60 s: 2 / omega_max takes 4 substeps.
   EXPECT_EQ(row_of("sheet7", "symplectic Euler", "1 a frame")["status"], "diverged");
   EXPECT_EQ(row_of("sheet7", "symplectic Euler", "4 a frame")["status"], "finished");
-  EXPECT_EQ(row_of("sheet7", "explicit Euler", "16 a frame")["status"], "diverged") << "which has no such step";
+  EXPECT_EQ(row_of("sheet7", "explicit Euler", "16 a frame")["status"], "diverged") << "it has no stable step";
   for (const Json& row : quick_accuracy().rows) {
     if (!row["ours"].get<bool>() || row["series"].get<std::string>().ends_with("paper")) continue;
     EXPECT_EQ(row["status"], "finished") << row["key"];
@@ -198,14 +198,14 @@ TEST(StudyAccuracy, FindsThatExplicitEulerDivergesBeyondItsStepAndTheOthersDoNot
 
 TEST(StudyAccuracy, FindsTheElasticCatenary) {
   const Points points = quick_points("catenary", 5);
-  const double own = 5.7e-4;  // m: of 8 springs' own equilibrium from the line's
+  const double own = 5.7e-4;  // m: distance of the equilibrium of 8 springs from the continuous line
   for (const char* settings : {"1, r = 0", "64, r = 0"})
-    EXPECT_NEAR(point_of(points, "Desbrun, substeps", settings).error, own, 1e-5) << "whatever the step";
+    EXPECT_NEAR(point_of(points, "Desbrun, substeps", settings).error, own, 1e-5) << "for any step";
   EXPECT_NEAR(point_of(points, "XPBD, substeps, double", "256x1").error, own, 1e-5);
-  EXPECT_GT(point_of(points, "PBD, iterations, float", "1x64").error, 0.05) << "which knows no stiffness in N/m";
+  EXPECT_GT(point_of(points, "PBD, iterations, float", "1x64").error, 0.05) << "PBD has no stiffness in N/m";
 }
 
-TEST(StudyAccuracy, SaysWhoIsCheapestAndDrawsACostAndAWorkChartACase) {
+TEST(StudyAccuracy, HasSentencesATableAndChartsOfCostAndWorkForEachCase) {
   std::set<std::string> charts;
   for (const Section& section : quick_accuracy().sections) {
     EXPECT_FALSE(section.sentences.empty()) << section.title;
@@ -218,7 +218,7 @@ TEST(StudyAccuracy, SaysWhoIsCheapestAndDrawsACostAndAWorkChartACase) {
     EXPECT_TRUE(charts.contains(std::string(of) + "_cost") && charts.contains(std::string(of) + "_work")) << of;
 }
 
-TEST(StudyReference, ForcesAreWhatTheEnergiesFallBy) {
+TEST(StudyReference, ForcesAreNegativeGradientsOfEnergies) {
   BodySpec body;
   body.name = "body", body.mass = 1, body.shape = TetBoxShape{{1, 1, 1}, {1, 1, 1}};
   Scene scene;
@@ -248,7 +248,7 @@ TEST(StudyReference, ForcesAreWhatTheEnergiesFallBy) {
   }
 }
 
-TEST(StudyReference, ALightStiffLineHangsInAParabola) {
+TEST(StudyReference, AStiffTautLineHangsInAParabola) {
   const std::vector<Vec3> line = elastic_catenary(1, 1.001, 1, 1e9, 10);
   EXPECT_NEAR(line[10][0], 1, 1e-12);
   EXPECT_NEAR(line[10][1], 0, 1e-12);
@@ -269,7 +269,7 @@ TEST(StudyReference, FindsTheLargestFrequencyOfAChain) {
   EXPECT_NEAR(largest_frequency(*system, system->start.x), 2 * 10 * std::sin(9 * pi / 20), 0.01);
 }
 
-TEST(StudyAccuracy, StopsOnCtrlCAndGoesOnWhereItWas) {
+TEST(StudyAccuracy, StopsOnCtrlCAndResumes) {
   const TemporaryFolder folder;
   MalhaProcess process({"study", "accuracy", "--quick", "--out", "out"}, folder / ".");
   const auto journal = folder / "out/accuracy.quick.cells.jsonl";
@@ -290,7 +290,7 @@ TEST(StudyAccuracy, StopsOnCtrlCAndGoesOnWhereItWas) {
   while (again.running() && cells() <= kept) usleep(1000);
   again.send(SIGINT);
   again.wait();
-  EXPECT_EQ(bytes_of(journal).substr(0, bytes.size()), bytes) << "what was done is not done again";
+  EXPECT_EQ(bytes_of(journal).substr(0, bytes.size()), bytes) << "finished cells are not measured again";
 }
 
 }  // namespace

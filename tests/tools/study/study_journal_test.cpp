@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The framework of malha study: cells that are kept, tables, the page, and the command. Never a time.
+// Framework of malha study: journals of cells, tables, the page, and the command. Times are never asserted.
 #include <csignal>
 
 #include "tests/support.h"
@@ -13,7 +13,7 @@ const std::atomic<bool> kNoStop{false};
 
 class StudyCells : public testing::Test {
  protected:
-  /// Makes these cells and gives back which were made anew.
+  /// Requests these cells and returns those that were measured.
   std::vector<std::string> made(const std::vector<std::string>& keys, const Json& head = {{"program", "a"}}) const {
     Cells cells(folder_ / "cells.jsonl", head, true, kNoStop);
     std::vector<std::string> anew;
@@ -27,13 +27,13 @@ class StudyCells : public testing::Test {
   TemporaryFolder folder_;
 };
 
-TEST_F(StudyCells, AreMadeOnceAndKept) {
+TEST_F(StudyCells, AreMeasuredOnceAndStored) {
   EXPECT_EQ(made({"a", "b", "a"}), (Keys{"a", "b"}));
   EXPECT_EQ(made({"a", "b", "c"}), Keys{"c"});
   EXPECT_EQ(made({"c", "b", "a"}), Keys{});
 }
 
-TEST_F(StudyCells, OfAnotherBuildMachineOrVersionAreStartedAnew) {
+TEST_F(StudyCells, OfAnotherBuildMachineOrVersionAreMeasuredAgain) {
   EXPECT_EQ(made({"a"}), Keys{"a"});
   EXPECT_EQ(made({"a"}, {{"program", "b"}}), Keys{"a"});
   EXPECT_EQ(made({"a"}, {{"program", "b"}}), Keys{});
@@ -49,13 +49,14 @@ TEST_F(StudyCells, SurviveACrashInTheMiddleOfALine) {
   }
 }
 
-TEST_F(StudyCells, OfAFileThatIsNoJournalAreStartedAnew) {
+TEST_F(StudyCells, DoNotOverwriteAFileThatIsNoJournal) {
   folder_.write("cells.jsonl", "not a journal\n{\"key\":\"a\",\"value\":1}\n");
   EXPECT_EQ(made({"a"}), Keys{"a"});
-  EXPECT_EQ(bytes_of(folder_ / "cells.jsonl.old"), "not a journal\n{\"key\":\"a\",\"value\":1}\n") << "hours of work";
+  EXPECT_EQ(bytes_of(folder_ / "cells.jsonl.old"), "not a journal\n{\"key\":\"a\",\"value\":1}\n")
+      << "it may be hours of work";
 }
 
-TEST_F(StudyCells, AreOfOneProcessAtATime) {
+TEST_F(StudyCells, AreUsedByOneProcessAtATime) {
   const Cells one(folder_ / "cells.jsonl", {}, true, kNoStop);
   EXPECT_THROW(Cells(folder_ / "cells.jsonl", {}, true, kNoStop), std::runtime_error);
 }
@@ -64,12 +65,12 @@ TEST_F(StudyCells, StopBetweenCellsAndWithinThem) {
   std::atomic<bool> stop{false};
   Cells cells(folder_ / "cells.jsonl", {}, true, stop);
   cells("a", [] { return Json(1); });
-  EXPECT_THROW(cells("b", [&]() -> Json { return stop = true, cells.go_on(), Json(2); }), Interrupted);
-  EXPECT_EQ(cells("a", []() -> Json { throw Interrupted(); }), Json(1)) << "what is kept is no work";
+  EXPECT_THROW(cells("b", [&]() -> Json { return stop = true, cells.check_interrupt(), Json(2); }), Interrupted);
+  EXPECT_EQ(cells("a", []() -> Json { throw Interrupted(); }), Json(1)) << "a stored cell is not measured";
   EXPECT_THROW(cells("c", [] { return Json(3); }), Interrupted);
 }
 
-TEST_F(StudyCells, ComeBackAsTheyWereWritten) {
+TEST_F(StudyCells, AreReadAsTheyWereWritten) {
   const Json value{{"tiny", 1.0 / 3}, {"lost", std::nan("")}};
   Json first, second;
   for (Json* back : {&first, &second}) {
@@ -81,12 +82,12 @@ TEST_F(StudyCells, ComeBackAsTheyWereWritten) {
   EXPECT_TRUE(first["lost"].is_null()) << "JSON has no NaN";
 }
 
-TEST(StudyResults, CsvHasAColumnAKeyAndQuotesWhatNeedsIt) {
+TEST(StudyResults, CsvHasAColumnPerKeyAndQuotesText) {
   const Json rows = Json::parse(R"([{"a": 1, "b": "x, \"y\""}, {"a": null, "c": 0.5}])");
   EXPECT_EQ(csv(rows), "a,b,c\n1,\"x, \"\"y\"\"\",\n,,0.5\n");
 }
 
-TEST(StudyPage, TakesAChartInWithNamesOfItsOwn) {
+TEST(StudyPage, EmbedsAChartWithUniqueIds) {
   EXPECT_EQ(
       inline_svg("<?xml?>\n<svg width=\"9\" height='5' viewBox=\"0 0 9 5\"><g id='m'/><use xlink:href='#m'/></svg>",
                  "n"),
@@ -103,7 +104,7 @@ class StudyCommand : public testing::Test {
   TemporaryFolder folder_;
 };
 
-TEST_F(StudyCommand, HelpsWithEveryStudyOptionAndExample) {
+TEST_F(StudyCommand, HasHelpForEveryStudyAndOption) {
   for (const auto& words : {std::vector<std::string>{"--help"}, {"accuracy", "--help"}}) {
     const Ended help = study(words);
     EXPECT_EQ(help.status, 0);
@@ -114,7 +115,7 @@ TEST_F(StudyCommand, HelpsWithEveryStudyOptionAndExample) {
   }
 }
 
-TEST_F(StudyCommand, AnswersEverySlipInOneLine) {
+TEST_F(StudyCommand, RefusesInvalidOptionsInOneLine) {
   const std::string all = [] {
     std::string names;
     for (const Study& each : studies()) names += each.name + ", ";

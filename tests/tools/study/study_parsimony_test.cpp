@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Facts of the study "parsimony" in its quick version: launches and bytes, never times.
+// Quick version of the study "parsimony": launches and bytes. Times are never asserted.
 
 #include "tests/tools/study/quick_study.h"
 #include "tools/study/parsimony/parsimony.h"
@@ -15,7 +15,7 @@ Json parsimony_row(const std::string& feature) {
   throw std::runtime_error("there is no " + feature);
 }
 
-TEST(StudyParsimony, FindsThatTheBareClothIsVisitsAlone) {
+TEST(StudyParsimony, FindsThatABareClothOnlyLaunchesPatchSolves) {
   const Json row = parsimony_row("nothing");
   EXPECT_EQ(row["kernels"], "SolvePatch<float> 20") << "10 substeps, 2 phases";
   EXPECT_EQ(row["kernels_added"], "");
@@ -32,28 +32,28 @@ TEST(StudyParsimony, FindsThatConstraintsOfPatchesAddBytesButNoLaunch) {
   }
 }
 
-TEST(StudyParsimony, FindsTheOwnersOfWhatAFeatureAdds) {
+TEST(StudyParsimony, FindsTheOwnersOfAddedBytes) {
   EXPECT_GT(parsimony_row("air on faces")["air_bytes_added"], 0);
   EXPECT_GT(parsimony_row("levels")["levels_bytes_added"], 0);
   EXPECT_GT(parsimony_row("environment (touched)")["collision_bytes_added"], 0);
   EXPECT_GT(parsimony_row("self-collision (flat)")["collision_bytes_added"], 0);
   EXPECT_GT(parsimony_row("pressure")["constraints_bytes_added"], 0);
-  // Multipliers are carried from the way there to the way back.
+  // Multipliers are stored between the two halves of a symmetric sweep.
   EXPECT_GT(parsimony_row("compliance")["constraints_bytes_added"], 0);
   EXPECT_EQ(parsimony_row("compliance")["constraints_bytes_added"], parsimony_row("compliance")["added_bytes"]);
   EXPECT_EQ(parsimony_row("compliance")["kernels_added"], "");
   for (const char* free : {"drag on particles", "sleep (awake)"})
     EXPECT_EQ(parsimony_row(free)["added_bytes"], 0) << free;
-  // Of contacts as much is remembered as there are near a surface: another motion, other bytes.
+  // The contact cache depends on how many particles are near a surface, so its bytes differ from motion to motion.
   EXPECT_EQ(parsimony_row("friction")["kernels_added"], "");
 }
 
-TEST(StudyParsimony, FindsThatSleepIsOneLaunchAwakeAndNoneAsleep) {
+TEST(StudyParsimony, FindsThatSleepAddsALaunchAwakeAndRemovesAllAsleep) {
   EXPECT_EQ(parsimony_row("sleep (awake)")["kernels_added"], "MeasureSpeed<float> 1");
   EXPECT_EQ(parsimony_row("sleep (asleep)")["launches_a_step"], 0);
 }
 
-TEST(StudyParsimony, ClimbsALadderOnWhichNothingIsLostButTheVisitsThatFused) {
+TEST(StudyParsimony, NeverLosesALaunchOnTheLadder) {
   std::int64_t before = 0;
   for (const Json& row : quick_parsimony().rows) {
     if (row["kind"] != "ladder") continue;

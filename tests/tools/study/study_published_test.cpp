@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Facts of the study "published" in its quick version: what papers print, met or not. Never a time.
+// Quick version of the study "published": agreement with published results. Times are never asserted.
 #include <cmath>
 #include <map>
 
@@ -20,12 +20,12 @@ std::vector<Json> published_rows(const std::string& of) {
 
 double published_number(const Json& row, const char* key) { return row[key].get<double>(); }
 
-TEST(StudyPublished, SpringByXpbdHasThePeriodOfBackwardEulerWhateverTheIterations) {
+TEST(StudyPublished, SpringByXpbdHasThePeriodOfBackwardEulerForAnyIterations) {
   int found = 0;
   for (const Json& row : published_rows("spring of 2016")) {
     if (!row["what"].get<std::string>().starts_with("XPBD")) continue;
     ++found;
-    // Rounding of the fit to positions that are known to 1e-16.
+    // The tolerance is that of the fit to positions, which are accurate to 1e-16.
     EXPECT_NEAR(published_number(row, "period_s") / published_number(row, "backward_euler_period_s"), 1, 1e-6)
         << row["what"];
     // atan(a) / a = 1 - a^2 / 3 ..., a = omega h.
@@ -46,7 +46,7 @@ TEST(StudyPublished, SpringByPbdHasAPeriodThatFallsWithTheIterations) {
   EXPECT_GT(periods[1], 1.2 * periods[2]);
 }
 
-TEST(StudyPublished, PullOfTheChainIsAsExactAsPrintedToAFactorOfThree) {
+TEST(StudyPublished, ForceOfTheChainIsAsAccurateAsPrintedToAFactorOfThree) {
   const std::vector<Json> rows = published_rows("chain of 2016");
   ASSERT_EQ(rows.size(), 3u);
   double before = 1;
@@ -60,21 +60,21 @@ TEST(StudyPublished, PullOfTheChainIsAsExactAsPrintedToAFactorOfThree) {
   }
 }
 
-TEST(StudyPublished, WeightOnAChainStretchesItAsAPlainSweepSaysAndAHundredTimesLessBySubsteps) {
+TEST(StudyPublished, WeightStretchesAChainAsInAPlainSweepAndAHundredTimesLessWithSubsteps) {
   std::map<std::string, double> most;
   for (const Json& row : published_rows("weight of 2019"))
     most[row["method"].get<std::string>() + " " + row["substeps"].dump() + " " + row["gravity_m_per_s2"].dump() + " " +
          row["dt_s"].dump()] = published_number(row, "most_m");
-  EXPECT_NEAR(most.at("malha 1 10.0 0.03"), 322.1, 0.1) << "what the paper prints, by 100 iterations";
-  EXPECT_NEAR(most.at("malha 100 10.0 0.03"), 3.2, 0.05) << "and by 100 substeps";
+  EXPECT_NEAR(most.at("malha 1 10.0 0.03"), 322.1, 0.1) << "printed in the paper, with 100 iterations";
+  EXPECT_NEAR(most.at("malha 100 10.0 0.03"), 3.2, 0.05) << "and with 100 substeps";
   for (const char* settings : {"1 10.0 0.03", "100 10.0 0.03"})
     EXPECT_NEAR(most.at(std::string("malha ") + settings) / most.at(std::string("plain sweep ") + settings), 1, 1e-4);
   EXPECT_LT(most.at("malha with long_range 10 10.0 0.03"), 0.02 * 0.19 * 1.05)
       << "the limit, a weight lowered by rounding";
 }
 
-TEST(StudyPublished, StrandIsShorterTheMoreOfTheSameWorkIsSubsteps) {
-  std::vector<double> most;  // of 100 sweeps: 1 x 100, 10 x 10, 100 x 1
+TEST(StudyPublished, StrandIsShorterWithMoreSubstepsAtEqualWork) {
+  std::vector<double> most;  // with 100 sweeps: 1 x 100, 10 x 10, 100 x 1
   double newton = 0;
   for (const Json& row : published_rows("strand of 2024")) {
     if (row["method"] == "Newton") newton = published_number(row, "most_m");
@@ -84,10 +84,10 @@ TEST(StudyPublished, StrandIsShorterTheMoreOfTheSameWorkIsSubsteps) {
   ASSERT_EQ(most.size(), 3u);
   EXPECT_GT(most[0], 5 * most[1]);
   EXPECT_GT(most[1], 5 * most[2]);
-  EXPECT_GT(most[2], 5 * newton) << "none of them is there";
+  EXPECT_GT(most[2], 5 * newton) << "none of them has converged";
 }
 
-TEST(StudyPublished, ClothOf1364VerticesDoesNotPassThroughItself) {
+TEST(StudyPublished, ClothOf1364VerticesDoesNotIntersectItself) {
   const std::vector<Json> rows = published_rows("cloth of 2006");
   ASSERT_FALSE(rows.empty());
   for (const Json& row : rows) {
@@ -96,7 +96,7 @@ TEST(StudyPublished, ClothOf1364VerticesDoesNotPassThroughItself) {
   }
 }
 
-TEST(StudyPublished, SaysWhatEachCaseShows) {
+TEST(StudyPublished, HasSentencesAndATableForEachCase) {
   EXPECT_EQ(quick_published().sections.size(), 6u);
   for (const Section& section : quick_published().sections) {
     EXPECT_GE(section.sentences.size(), 2u) << section.title;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pages that the studies link to: two runs beside each other.
+// Replays of the studies: pages with two runs side by side.
 
 #include <atomic>
 #include <set>
@@ -15,7 +15,7 @@
 namespace malha::study {
 namespace {
 
-/// The quick study's replays, in a folder that goes with it.
+/// The replays of a quick study, in a temporary folder.
 class StudyReplays : public testing::Test {
  protected:
   const Study& study_ = studies()[0];
@@ -35,7 +35,7 @@ class StudyReplays : public testing::Test {
   }
 };
 
-TEST_F(StudyReplays, AreWhatThePageLinksToAndNothingElse) {
+TEST_F(StudyReplays, AreTheOnlyFilesAndLinkedByThePage) {
   ASSERT_EQ(all().size(), 3u);
   write();
   std::set<std::string> expected, found;
@@ -51,10 +51,10 @@ TEST_F(StudyReplays, AreWhatThePageLinksToAndNothingElse) {
   const std::string index = page(folder_ / "");
   for (const Replay& one : all()) EXPECT_TRUE(has(index, "<a href=\"" + replay_file(study_, one) + "\">")) << one.name;
   std::filesystem::remove(folder_ / replay_file(study_, all()[0]));
-  EXPECT_FALSE(has(page(folder_ / ""), replay_file(study_, all()[0]))) << "no link to what is not there";
+  EXPECT_FALSE(has(page(folder_ / ""), replay_file(study_, all()[0]))) << "no link to a missing file";
 }
 
-TEST_F(StudyReplays, ShowFewSubstepsBesideTheTruthAndWhatDiverges) {
+TEST_F(StudyReplays, ShowFewSubstepsBesideTheReferenceAndADivergingRun) {
   write();
   const std::vector<Json> few = runs_in(folder_ / "accuracy_sheet7_1.html");
   ASSERT_EQ(few.size(), 2u);
@@ -66,12 +66,12 @@ TEST_F(StudyReplays, ShowFewSubstepsBesideTheTruthAndWhatDiverges) {
   EXPECT_EQ(shells[1]["report"]["status"], "finished");
 }
 
-TEST_F(StudyReplays, EndWhereTheyAreInterrupted) {
+TEST_F(StudyReplays, EndWhenTheyAreInterrupted) {
   stop_ = true;
   EXPECT_THROW(write(), Interrupted);
 }
 
-TEST_F(StudyReplays, OfWhatDivergesShowTheBodyAsLargeAsItIs) {
+TEST_F(StudyReplays, OfADivergingRunShowTheBodyInItsInitialSize) {
   NEEDS_BROWSER;
   write();
   Browser browser(1000, 600);

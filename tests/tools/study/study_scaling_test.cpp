@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Facts of the study "scaling" in its quick version: the same bits, sound fits. Never a time.
+// Quick version of the study "scaling": the same bits on all numbers of threads, and fits. Times are never asserted.
 #include <cmath>
 #include <map>
 #include <set>
@@ -74,23 +74,23 @@ TEST(StudyScaling, RunsOnMoreThreadsThanCoresToo) {
   }
 }
 
-TEST(SerialShare, IsFoundFromTimesThatFollowAmdahl) {
+TEST(SerialFraction, IsFoundFromTimesThatFollowAmdahl) {
   const std::vector<int> threads{1, 2, 4, 8, 64};
   for (const double share : {0.0, 0.1, 0.5, 1.0}) {
     std::vector<double> seconds;
     for (const int t : threads) seconds.push_back(3 * (share + (1 - share) / t));
-    ASSERT_TRUE(serial_share(threads, seconds)) << share;
-    EXPECT_NEAR(*serial_share(threads, seconds), share, 1e-14);
+    ASSERT_TRUE(serial_fraction(threads, seconds)) << share;
+    EXPECT_NEAR(*serial_fraction(threads, seconds), share, 1e-14);
   }
 }
 
-TEST(SerialShare, IsNotFittedWhereThereIsNone) {
-  EXPECT_FALSE(serial_share({1, 2}, {1, 0.4})) << "more than twice as fast on two threads";
-  EXPECT_FALSE(serial_share({1, 2, 4, 8}, {8, 3.9, 1.9, 0.9}));
-  EXPECT_FALSE(serial_share({1, 2, 4, 8}, {1, 1.1, 1.3, 2})) << "slower with every thread";
+TEST(SerialFraction, IsNotFittedIfThereIsNone) {
+  EXPECT_FALSE(serial_fraction({1, 2}, {1, 0.4})) << "more than twice as fast on two threads";
+  EXPECT_FALSE(serial_fraction({1, 2, 4, 8}, {8, 3.9, 1.9, 0.9}));
+  EXPECT_FALSE(serial_fraction({1, 2, 4, 8}, {1, 1.1, 1.3, 2})) << "slower with every thread";
 }
 
-/// A cell of eight threads that measured these seconds a step, one a number of threads, 1, 2, 4, 8; each turn as long.
+/// A cell with these seconds per step on 1, 2, 4 and 8 threads, the same in each turn.
 Json cell_of_eight(const std::vector<double>& seconds) {
   Json cell{{"load_average", 0.5}, {"lines", Json::array()}};
   for (std::size_t k = 0; k < seconds.size(); ++k)
@@ -110,7 +110,7 @@ Json cell_of_eight(const std::vector<double>& seconds) {
 
 const ClothMethod kPbdCloth = cloth_methods()[0];
 
-TEST(ScalingRows, SayWhatEightThreadsAreWorth) {
+TEST(ScalingRows, HaveTheSpeedUpOfEightThreads) {
   const Json rows = scaling_rows("strong", kPbdCloth, 100, cell_of_eight({0.8, 0.5, 0.35, 0.275}));
   ASSERT_EQ(rows.size(), 4u);
   const Json& eight = rows[3];
@@ -120,19 +120,20 @@ TEST(ScalingRows, SayWhatEightThreadsAreWorth) {
   EXPECT_NEAR(eight["undisturbed_times_as_fast"].get<double>(), 0.8 / 0.275, 1e-12);
   EXPECT_NEAR(eight["efficiency"].get<double>(), 0.1 / 0.275, 1e-12);
   EXPECT_NEAR(eight["fused_solve_times_as_fast"].get<double>(), 0.8 / 0.275, 1e-12);
-  EXPECT_NEAR(eight["gb_per_s"].get<double>(), 1e6 / (0.275 / 4) / 1e9, 1e-12) << "in the pass that moves them";
-  EXPECT_NEAR(eight["imbalance_by_patches"].get<double>(), 8.0 / 6, 1e-12) << "six patches a phase";
+  EXPECT_NEAR(eight["gb_per_s"].get<double>(), 1e6 / (0.275 / 4) / 1e9, 1e-12)
+      << "in the pass that reads and writes them";
+  EXPECT_NEAR(eight["imbalance_by_patches"].get<double>(), 8.0 / 6, 1e-12) << "six patches per colour";
   for (const Json& row : rows)
-    EXPECT_NEAR(row["serial_share"].get<double>(), 0.25, 1e-12) << "0.2 s of 0.8 s are not shared";
+    EXPECT_NEAR(row["serial_share"].get<double>(), 0.25, 1e-12) << "0.2 s of 0.8 s are serial";
 }
 
-TEST(ScalingRows, OfADeviceSayWhatItsMemoryGives) {
+TEST(ScalingRows, OfADeviceHaveItsBandwidth) {
   Json cell = cell_of_eight({0.5});
   cell["device"] = "a device", cell["lines"][0]["triad_gb_per_s"] = 1e6 / (0.5 / 4) / 1e9 * 4;
   const Section section = scaling_on_device(scaling_rows("strong", kPbdCloth, 100, cell));
   ASSERT_EQ(section.table.rows.size(), 1u);
   EXPECT_EQ(section.table.rows[0].size(), section.table.columns.size());
-  EXPECT_EQ(section.table.rows[0][7], "25 %") << "bytes that must move, of a copy's";
+  EXPECT_EQ(section.table.rows[0][7], "25 %") << "bandwidth over that of a copy";
   EXPECT_TRUE(section.sentences[0].starts_with("On a device.")) << section.sentences[0];
 }
 
@@ -143,33 +144,33 @@ TEST(ScalingRows, OfABodyThatGrowsCompareEqualTimes) {
   EXPECT_FALSE(rows[3].contains("serial_share"));
 }
 
-TEST(ScalingRows, SayWhyACellWasLeftOut) {
+TEST(ScalingRows, HaveTheReasonWhyACellWasLeftOut) {
   const Json rows = scaling_rows("strong", kPbdCloth, 100, {{"left_out", "too large"}});
   ASSERT_EQ(rows.size(), 1u);
   EXPECT_EQ(rows[0]["left_out"], "too large");
 }
 
-TEST(ScalingSections, SayWhereNoSerialShareIsFitted) {
+TEST(ScalingSections, SayWhichSerialFractionsAreNotFitted) {
   Json rows = scaling_rows("strong", kPbdCloth, 100, cell_of_eight({0.8, 0.39, 0.19, 0.09}));
   for (const Json& row : rows) EXPECT_TRUE(row["serial_share"].is_null());
   for (const Json& row : scaling_rows("strong", kPbdCloth, 316, cell_of_eight({0.8, 0.5, 0.35, 0.275})))
     rows.push_back(row);
   const Section strong = scaling_sections(rows, "OMP_PROC_BIND=close, OMP_PLACES=cores").front();
-  EXPECT_EQ(strong.table.columns[7], "serial share");
+  EXPECT_EQ(strong.table.columns[7], "serial fraction");
   EXPECT_EQ(strong.table.rows[3][7], "not fitted");
   EXPECT_EQ(strong.table.rows[7][7], "0.25");
-  std::string said;
-  for (const std::string& sentence : strong.sentences) said += sentence + "\n";
-  EXPECT_TRUE(has(said, "OMP_PROC_BIND=close, OMP_PLACES=cores")) << said;
-  EXPECT_TRUE(has(said, "Times as fast on 8 threads as on one")) << said;
-  EXPECT_TRUE(has(said, ": not fitted (PBD, 10 substeps, 10,000), 0.25 (PBD, 10 substeps, 10,000). Not fitted: "))
-      << said;
+  std::string summary;
+  for (const std::string& sentence : strong.sentences) summary += sentence + "\n";
+  EXPECT_TRUE(has(summary, "OMP_PROC_BIND=close, OMP_PLACES=cores")) << summary;
+  EXPECT_TRUE(has(summary, "Times as fast on 8 threads as on one")) << summary;
+  EXPECT_TRUE(has(summary, ": not fitted (PBD, 10 substeps, 10,000), 0.25 (PBD, 10 substeps, 10,000). Not fitted: "))
+      << summary;
 }
 
 TEST(PatchImbalance, IsTheBusiestThreadOverTheMean) {
   EXPECT_DOUBLE_EQ(imbalance(8, 2, 2), 1);
   EXPECT_DOUBLE_EQ(imbalance(6, 2, 2), 4.0 / 3) << "two and one";
-  EXPECT_DOUBLE_EQ(imbalance(2, 2, 64), 64) << "one patch a phase: one thread works";
+  EXPECT_DOUBLE_EQ(imbalance(2, 2, 64), 64) << "one patch per colour: one thread works";
   EXPECT_DOUBLE_EQ(imbalance(0, 0, 2), 1) << "no patches";
 }
 

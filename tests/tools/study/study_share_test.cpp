@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Studies in shares: every cell is in one of them, and together they are what one process measures. Never a time.
+// Shares of studies: every cell is in one of them, and merged they equal the results of one process. Times are never
+// asserted.
 #include "malha/error.h"
 #include "tests/refusal.h"
 #include "tests/support.h"
@@ -10,20 +11,20 @@ namespace {
 
 const std::atomic<bool> kNeverStopped{false};
 
-/// Five squares, and a cell that needs another one.
+/// A study of five squares, and of a cell that needs another one.
 Findings squares(Cells& cells) {
   Findings findings;
   const std::vector<int> numbers{1, 2, 3, 4, 5};
-  const std::vector<Json> kept = cells.of(
+  const std::vector<Json> kept = cells.measure_all(
       numbers, [](int x) { return "square " + std::to_string(x); },
       [](int x) -> Json {
         return {{"y", x * x}};
       });
-  cells.together([&] {
+  cells.measure_together([&] {
     const Json truth = cells("truth", []() -> Json { return {{"y", 1.0 / 3}}; });
     findings.rows.push_back(cells("error", [&]() -> Json { return {{"y", truth["y"].get<double>() - 0.3}}; }));
   });
-  if (cells.partial()) return findings;
+  if (cells.is_partial()) return findings;
   for (const Json& cell : kept)
     findings.rows.push_back({{"square", cell["y"]}, {"machine", cell.value("machine", "")}});
   return findings;
@@ -52,12 +53,12 @@ class StudyShares : public testing::Test {
   std::filesystem::path journal(const Share& share, const std::string& in) const {
     return folder(in) / journal_name("squares", false, share);
   }
-  /// Measures a share; the cells that are then in its journal.
+  /// Measures a share and returns the keys of the cells in its journal.
   std::vector<std::string> measured(const Share& share, const std::string& in, const Json& head) const {
     {
       Cells cells(journal(share, in), head, false, kNeverStopped, {}, share);
       squares(cells);
-      EXPECT_TRUE(cells.partial());
+      EXPECT_TRUE(cells.is_partial());
     }
     std::vector<std::string> keys;
     std::istringstream lines(bytes_of(journal(share, in)));
@@ -96,25 +97,26 @@ TEST_F(StudyShares, HaveEveryCellInOneOfThem) {
     EXPECT_EQ(all, wanted) << n;
   }
   EXPECT_EQ(measured({2, 3}, "a"), (std::vector<std::string>{"square 2", "square 5"}));
-  EXPECT_EQ(measured({3, 3}, "a"), (std::vector<std::string>{"square 3", "truth", "error"})) << "one needs the other";
+  EXPECT_EQ(measured({3, 3}, "a"), (std::vector<std::string>{"square 3", "truth", "error"}))
+      << "\"error\" needs \"truth\"";
 }
 
-TEST_F(StudyShares, TogetherAreWhatOneProcessMeasures) {
+TEST_F(StudyShares, MergedEqualTheResultsOfOneProcess) {
   for (const int i : {1, 2, 3}) measured({i, 3}, std::to_string(i));
   Cells alone(folder_ / "alone", {}, false, kNeverStopped), shares(merged({"3", "1", "2"}), false, kNeverStopped);
   EXPECT_EQ(squares(shares).rows, squares(alone).rows);
   EXPECT_TRUE(shares.missing().empty());
-  EXPECT_FALSE(shares.partial());
+  EXPECT_FALSE(shares.is_partial());
 }
 
-TEST_F(StudyShares, SayWhatNoneHasMeasured) {
+TEST_F(StudyShares, ListMissingCells) {
   measured({1, 3}, "a");
   Cells cells(merged({"a"}), false, kNeverStopped);
   squares(cells);
-  EXPECT_TRUE(cells.partial());
+  EXPECT_TRUE(cells.is_partial());
   EXPECT_EQ(cells.missing(),
             (std::map<int, std::vector<std::string>>{{2, {"square 2", "square 5"}}, {3, {"square 3", "truth"}}}))
-      << "what needs the truth is not asked for without it";
+      << "cells that need \"truth\" are not requested without it";
 }
 
 TEST_F(StudyShares, OfSeveralMachinesNameTheMachineInTheRows) {
@@ -132,19 +134,19 @@ TEST_F(StudyShares, OfSeveralMachinesNameTheMachineInTheRows) {
   EXPECT_TRUE(has(refusal([&] { cells.cores(); }), "2of2.cells.jsonl: line 1: found 8 cores; allowed: 2, as in "));
 }
 
-TEST_F(StudyShares, RefuseWhatIsTornWithItsLine) {
+TEST_F(StudyShares, RefuseATornLine) {
   measured({1, 2}, "a"), measured({2, 2}, "a");
   append({2, 2}, "a", "{\"key\":\"square 9\",\"val");
   EXPECT_EQ(refused({"a"}),
-            "a/squares.2of2.cells.jsonl: line 6: found a torn line; allowed: whole lines of JSON; the share goes on "
-            "there with its command, or anew without this file");
-  EXPECT_EQ(measured({2, 2}, "a").size(), 4u) << "it went on";
+            "a/squares.2of2.cells.jsonl: line 6: found a torn line; allowed: complete lines of JSON; its command "
+            "resumes the share there, or starts anew without this file");
+  EXPECT_EQ(measured({2, 2}, "a").size(), 4u) << "the share was resumed";
   EXPECT_EQ(refused({"a"}), "");
   append({2, 2}, "a", "{\"key\":\"square 9\"}\n");
   EXPECT_TRUE(has(refused({"a"}), "line 6: found no cell; allowed: ")) << refused({"a"});
 }
 
-TEST_F(StudyShares, RefuseWhatContradicts) {
+TEST_F(StudyShares, RefuseContradictingCells) {
   measured({1, 2}, "a"), measured({2, 2}, "b");
   append({2, 2}, "b", "{\"key\":\"square 1\",\"value\":{\"y\":1}}\n");
   EXPECT_EQ(refused({"a", "b"}), "") << "the same result is no contradiction";
@@ -184,14 +186,14 @@ TEST_F(StudyShares, RefuseFoldersWithoutAJournalAndTwice) {
   EXPECT_TRUE(has(refused({"a", "empty/../a"}), "--merge: found 'empty/../a' twice; allowed: each folder once"));
 }
 
-TEST(StudyShare, IsANumberOfSoMany) {
-  EXPECT_EQ(share_of("2/3")->words(), "2/3");
+TEST(StudyShare, IsParsedFromText) {
+  EXPECT_EQ(share_of("2/3")->text(), "2/3");
   for (const char* text :
        {"0/3", "4/3", "1/0", "a/b", "1", "1/", "/3", "1/3x", " 1/3", "1/3/4", "-1/3", "1/100001", ""})
     EXPECT_FALSE(share_of(text)) << text;
 }
 
-TEST(StudyShare, OfEveryStudyLeavesOutWhatIsNotItsOwn) {
+TEST(StudyShare, OfEveryStudyLeavesOutCellsOfOtherShares) {
   for (const Study& study : studies()) {
     const TemporaryFolder folder;
     Cells none(folder / "cells", {}, true, kNeverStopped, {}, Share{kMostShares, kMostShares});
@@ -212,7 +214,7 @@ class StudyShareCommand : public testing::Test {
     all.insert(all.end(), words.begin(), words.end());
     return malha_command(all, folder_ / ".");
   }
-  /// Without the rows that are times.
+  /// The rows without times.
   Json rows(const std::string& of) const {
     const Json json = Json::parse(bytes_of(folder_ / (of + "/published.json")));
     Json all = Json::array();
@@ -223,16 +225,16 @@ class StudyShareCommand : public testing::Test {
   TemporaryFolder folder_;
 };
 
-TEST_F(StudyShareCommand, OfThreeIsMergedIntoWhatOneProcessMeasures) {
+TEST_F(StudyShareCommand, OfThreeMergesIntoTheResultsOfOneProcess) {
   for (const std::string i : {"1", "2"}) {
     const Ended ended = study({"--share", i + "/3", "--out", i});
     EXPECT_EQ(ended.status, 0) << ended.err;
     EXPECT_TRUE(has(ended.out, "share       " + i + "/3 of published: "));
-    EXPECT_EQ(files_in(folder_ / i).size(), 1u) << "the journal alone";
+    EXPECT_EQ(files_in(folder_ / i).size(), 1u) << "only the journal";
   }
   const Ended lacking = study({"--merge", "1", "2", "--out", "all"});
   EXPECT_EQ(lacking.status, 1);
-  EXPECT_TRUE(has(lacking.err, "share 3/3, of which no journal is there, lacks ")) << lacking.err;
+  EXPECT_TRUE(has(lacking.err, "share 3/3, which has no journal, lacks ")) << lacking.err;
   EXPECT_TRUE(has(lacking.err, "to measure: malha study published --quick --share 3/3\n")) << lacking.err;
   EXPECT_FALSE(std::filesystem::exists(folder_ / "all"));
   EXPECT_EQ(study({"--share", "3/3", "--out", "3"}).status, 0);

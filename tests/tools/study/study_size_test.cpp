@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Facts of the study "size" in its quick version: memory a particle. Never a time.
+// Quick version of the study "size": memory per particle, and errors. Times are never asserted.
 #include <cmath>
 #include <map>
 
@@ -28,7 +28,7 @@ TEST(StudySize, PbdTakesAsMuchMemoryAParticleFrom10000On) {
   EXPECT_NEAR(bytes_a_particle(rows.at(20164)) / bytes_a_particle(rows.at(10000)), 1, 0.03)
       << "patches differ a little";
   EXPECT_NEAR(bytes_a_particle(rows.at(10000), "bytes_by_owner_particles"), 52, 0.5)
-      << "README: x, what it lacks of the position, v, how far it went, and w";
+      << "README: x with its rounding remainder, v, displacement, and w";
 }
 
 TEST(StudySize, DenseFilterTakesHalfTheSquareOfItsUnknowns) {
@@ -43,10 +43,10 @@ TEST(StudySize, SparseFilterGrowsALittleFasterThanItsUnknowns) {
   const double small = bytes_a_particle(rows.at(2116), "bytes_by_owner_filter");
   const double large = bytes_a_particle(rows.at(20164), "bytes_by_owner_filter");
   EXPECT_GT(large, small);
-  EXPECT_LT(large, 1.5 * small) << "n log n: of ten times as many, log2(20164) / log2(2116) = 1.3";
+  EXPECT_LT(large, 1.5 * small) << "n log n: with ten times as many, log2(20164) / log2(2116) = 1.3";
 }
 
-TEST(StudySize, SaysTimeMemoryAndSetUpOfEverySizeThatFits) {
+TEST(StudySize, HasTimeMemoryAndSetUpOfEverySizeThatFits) {
   ASSERT_EQ(quick_size().sections.size(), 6u);
   std::size_t costs = 0;
   for (const Json& row : quick_size().rows) costs += row.contains("measures") ? 0 : 1;
@@ -58,8 +58,8 @@ TEST(StudySize, SaysTimeMemoryAndSetUpOfEverySizeThatFits) {
   }
 }
 
-/// What was measured of a method on a mesh, by its side.
-std::map<int, Json> hung_rows(const char* measures, const std::string& method, const std::string& mesh) {
+/// The rows of a method on a mesh, by side.
+std::map<int, Json> hanging_rows(const char* measures, const std::string& method, const std::string& mesh) {
   std::map<int, Json> rows;
   for (const Json& row : quick_size().rows)
     if (row.contains("measures") && row["measures"] == measures && row["method"] == method && row["mesh"] == mesh)
@@ -69,13 +69,13 @@ std::map<int, Json> hung_rows(const char* measures, const std::string& method, c
 
 TEST(StudySize, ShowsThatSweepsStretchWithTheSideAndLevelsDoNot) {
   for (const char* mesh : {"grid", "irregular"}) {
-    const auto pbd = hung_rows("error", "PBD", mesh), levels = hung_rows("error", "levels", mesh);
+    const auto pbd = hanging_rows("error", "PBD", mesh), levels = hanging_rows("error", "levels", mesh);
     const auto grows = [](const std::map<int, Json>& rows) {
       return rows.at(80)["strain_rms"].get<double>() / rows.at(17)["strain_rms"].get<double>();
     };
     EXPECT_GT(levels.at(17)["levels"], 1);
     EXPECT_GT(levels.at(80)["levels"], 2);
-    // The side itself is five times as long.
+    // The ratio of the sides is five.
     EXPECT_GT(grows(pbd), 4) << mesh;
     EXPECT_LT(grows(levels), 2.5) << mesh;
     EXPECT_LT(levels.at(80)["strain_rms"].get<double>(), pbd.at(80)["strain_rms"].get<double>()) << mesh;
@@ -86,16 +86,16 @@ TEST(StudySize, ShowsThatSweepsStretchWithTheSideAndLevelsDoNot) {
 TEST(StudySize, FindsTheWorkForAStrainOfAHundredth) {
   for (const char* method : {"PBD", "XPBD", "levels", "long_range"})
     for (const char* mesh : {"grid", "irregular"})
-      for (const auto& [side, row] : hung_rows("work", method, mesh)) {
+      for (const auto& [side, row] : hanging_rows("work", method, mesh)) {
         ASSERT_TRUE(row["left_out"].is_null()) << row;
         EXPECT_LE(row["strain_rms"].get<double>(), 0.01) << row;
       }
-  const auto rows = hung_rows("work", "PBD", "grid");
+  const auto rows = hanging_rows("work", "PBD", "grid");
   EXPECT_GT(rows.at(33)["count"].get<int>(), rows.at(17)["count"].get<int>());
 }
 
-/// A single link is a pendulum. From the level its speed at the bottom is sqrt(2 g l), and it gets there after
-/// K(sin 45 deg) sqrt(l / g).
+/// A single link is a pendulum. Released from the horizontal, its speed at the bottom is sqrt(2 g l), which it reaches
+/// after K(sin 45 deg) sqrt(l / g).
 TEST(ReferenceChain, OfOneLinkIsAPendulum) {
   const double l = 2, g = 9.81, quarter = 1.8540746773013719 * std::sqrt(l / g);
   ReferenceChain chain(1, l, g);
@@ -104,7 +104,7 @@ TEST(ReferenceChain, OfOneLinkIsAPendulum) {
   // The leapfrog method is of second order in the step, and starts with a velocity half a step too early.
   EXPECT_NEAR(chain.joints()[1][0], -l, 1e-3);
   EXPECT_NEAR(chain.joints()[1][1], 0, 1e-3);
-  EXPECT_NEAR(chain.kinetic(), 0.5 * g * l, 1e-3 * g * l);  // half of the link's 1 kg is at its end
+  EXPECT_NEAR(chain.kinetic(), 0.5 * g * l, 1e-3 * g * l);  // half of the link's mass of 1 kg is at its end
 }
 
 TEST(ReferenceChain, KeepsItsLengthAndItsEnergy) {
@@ -114,11 +114,11 @@ TEST(ReferenceChain, KeepsItsLengthAndItsEnergy) {
   for (int k = 0; k < 10000; ++k) {
     const double before = chain.potential();
     chain.step(h);
-    // Of the middle of a step, from what was there at the level: 1 kg.
+    // Total energy at the middle of a step, for 1 kg; it is 0 at the start.
     worst = std::max(worst, std::abs(chain.kinetic() + (before + chain.potential()) / 2));
     most = std::max(most, chain.kinetic());
   }
-  EXPECT_LT(worst, 0.01 * most);  // the tip's whip after 0.8 s, in some ten steps
+  EXPECT_LT(worst, 0.01 * most);  // the tip accelerates strongly after 0.8 s, within some ten steps
   for (std::size_t e = 0; e + 1 < chain.joints().size(); ++e)
     EXPECT_NEAR(
         std::hypot(chain.joints()[e + 1][0] - chain.joints()[e][0], chain.joints()[e + 1][1] - chain.joints()[e][1]),

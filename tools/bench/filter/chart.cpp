@@ -11,11 +11,11 @@ namespace malha::bench {
 
 namespace {
 
-/// How a kernel is drawn, in the order of the legend.
-struct Look {
+/// How the rows of a kernel are drawn. Entries are in the order of the legend.
+struct SeriesStyle {
   const char *kernel, *storage, *title, *colour;
 };
-constexpr Look kLooks[] = {
+constexpr SeriesStyle kStyles[] = {
     {"dense", "float", "dense, float", "#0072b2"},   {"dense", "int16", "dense, int16", "#56b4e9"},
     {"sparse", "float", "sparse, float", "#009e73"}, {"sgemm", "float", "OpenBLAS sgemm", "#d55e00"},
     {"ssymm", "float", "OpenBLAS ssymm", "#e69f00"}, {"ssymv", "float", "OpenBLAS 3 ssymv", "#000000"}};
@@ -30,15 +30,15 @@ std::string draw_filter_chart(const std::vector<FilterRow>& rows, const std::fil
     times.insert({row.ms_min(), row.ms_max()});
   }
   std::vector<Series> all;
-  for (const Look& look : kLooks)
+  for (const SeriesStyle& style : kStyles)
     for (const int t : threads) {
-      // One thread is dashed, all are drawn out.
-      Series series{
-          "",
-          formatted("with yerrorlines pt 7 ps 0.7 lw 2 dt %d lc rgb '%s'", t == *threads.rbegin() ? 1 : 2, look.colour),
-          std::string(look.title) + ", " + counted(t, "thread")};
+      // The largest number of threads is a solid line, others are dashed.
+      Series series{"",
+                    formatted("with yerrorlines pt 7 ps 0.7 lw 2 dt %d lc rgb '%s'", t == *threads.rbegin() ? 1 : 2,
+                              style.colour),
+                    std::string(style.title) + ", " + counted(t, "thread")};
       for (const FilterRow& row : rows)
-        if (row.kernel == look.kernel && row.storage == look.storage && row.threads == t)
+        if (row.kernel == style.kernel && row.storage == style.storage && row.threads == t)
           series.data += formatted("%d %.9g %.9g %.9g\n", row.n, row.ms(), row.ms_min(), row.ms_max());
       if (!series.data.empty()) all.push_back(series);
     }

@@ -27,14 +27,14 @@ int bytes_of(Storage storage) { return storage == Storage::Double ? 8 : storage 
 
 bool fits(double bytes) { return bytes < 0.8 * double(available_memory()); }
 
-std::string no_room(double bytes) {
+std::string memory_shortage(double bytes) {
   return "it takes " + in_gib(bytes) + ", and " + in_gib(double(available_memory())) + " are free";
 }
 
-/// Why OpenBLAS has no rows; empty: it has.
+/// The reason why OpenBLAS has no rows; empty if it has some.
 std::string blas_left_out(int threads) {
   if (openblas_version().empty())
-    return "it was not there when malha was built, or is no longer (Debian: libopenblas-dev)";
+    return "it was not installed when malha was built, or is no longer (Debian: libopenblas-dev)";
   const char* bound = std::getenv("OMP_PROC_BIND");
   if (threads > 1 && bound != nullptr && std::string(bound) != "false")
     return "OMP_PROC_BIND would keep all its threads on one core";
@@ -43,8 +43,8 @@ std::string blas_left_out(int threads) {
 
 }  // namespace
 
-Scene sprung(int side) {
-  Scene scene = hanging(grid_case(side), {1, 1});
+Scene spring_cloth(int side) {
+  Scene scene = hanging_cloth(grid_case(side), {1, 1});
   scene.solver.type = "desbrun";
   return scene;
 }
@@ -52,19 +52,19 @@ Scene sprung(int side) {
 FilterCase::FilterCase(int side, int threads)
     : side_(side),
       setup_threads_(threads),
-      model_(build_model(sprung(side))),
+      model_(build_model(spring_cloth(side))),
       system_(spring_system(model_, model_.scene.solver.dt)) {
   noise_ = noise_forces(system_), elastic_ = elastic_forces(system_);
-  const Contestant exact = filter<double>(FilterKind::Sparse, Storage::Double, threads);
-  of_noise_ = refined(system_, exact.apply, noise_).accelerations;
-  of_elastic_ = refined(system_, exact.apply, elastic_).accelerations;
+  const ProductVariant exact = filter<double>(FilterKind::Sparse, Storage::Double, threads);
+  noise_solution_ = refined(system_, exact.apply, noise_).accelerations;
+  elastic_solution_ = refined(system_, exact.apply, elastic_).accelerations;
 }
 
 template <class R>
-Contestant FilterCase::filter(FilterKind kind, Storage storage, int threads) {
+ProductVariant FilterCase::filter(FilterKind kind, Storage storage, int threads) {
   model_.scene.solver.desbrun.filter = kind, model_.scene.solver.desbrun.storage = storage;
   std::shared_ptr<const Filter<R>> filter;
-  Contestant made;
+  ProductVariant made;
   made.row.setup_seconds =
       seconds([&] { filter = make_filter<OpenMP, R>(OpenMP{threads}, threads, model_, system_, {}); });
   const FilterStats& facts = filter->facts();
@@ -81,50 +81,50 @@ Contestant FilterCase::filter(FilterKind kind, Storage storage, int threads) {
   return made;
 }
 
-void FilterCase::measure_errors(Contestant& one) const {
-  one.row.noise_error = relative_difference(one.apply(noise_), of_noise_);
-  one.row.elastic_error = relative_difference(one.apply(elastic_), of_elastic_);
+void FilterCase::measure_errors(ProductVariant& one) const {
+  one.row.noise_error = relative_difference(one.apply(noise_), noise_solution_);
+  one.row.elastic_error = relative_difference(one.apply(elastic_), elastic_solution_);
 }
 
-void FilterCase::add_blas(int threads, std::vector<Contestant>& all, std::vector<std::string>& left_out) {
+void FilterCase::add_blas(int threads, std::vector<ProductVariant>& all, std::vector<std::string>& left_out) {
   const int n = system_.count();
   const double bytes = double(n) * n * sizeof(float);
   std::string why = blas_left_out(threads);
-  if (why.empty() && whole_.size() == 0 && !fits(bytes)) why = no_room(bytes);
+  if (why.empty() && full_matrix_.size() == 0 && !fits(bytes)) why = memory_shortage(bytes);
   if (!why.empty()) return left_out.push_back("OpenBLAS on " + counted(threads, "thread") + ": " + why);
-  if (whole_.size() == 0) {
-    whole_ = Array<OpenMP, float>(std::size_t(n) * n, 0.0f);
-    float* s = whole_.data();
-    const auto take = [&](int first, const Vec4<double>* columns) {
+  if (full_matrix_.size() == 0) {
+    full_matrix_ = Array<OpenMP, float>(std::size_t(n) * n, 0.0f);
+    float* s = full_matrix_.data();
+    const auto store_columns = [&](int first, const Vec4<double>* columns) {
       for (int k = 0; k < 4 && first + k < n; ++k)
         for (int i = first + k; i < n; ++i) {
           const auto number = static_cast<float>((&columns[i].x)[k]);
           s[std::size_t(n) * i + first + k] = s[std::size_t(n) * (first + k) + i] = number;
         }
     };
-    whole_seconds_ = seconds([&] {
+    full_matrix_seconds_ = seconds([&] {
       const ExactFactor exact(system_, OpenMP{setup_threads_});
       if (exact.singular >= 0) throw std::runtime_error("the cloth's system is singular");
-      dense_columns(exact, OpenMP{setup_threads_}, take, {});
+      dense_columns(exact, OpenMP{setup_threads_}, store_columns, {});
     });
   }
-  for (BlasProduct& product : blas_products(n, whole_.data(), threads)) {
-    Contestant one;
-    one.row.kernel = product.routine, one.row.storage = "float", one.row.way = product.way;
-    one.row.bytes = product.bytes, one.row.memory_bytes = bytes, one.row.setup_seconds = whole_seconds_;
+  for (BlasProduct& product : blas_products(n, full_matrix_.data(), threads)) {
+    ProductVariant one;
+    one.row.kernel = product.routine, one.row.storage = "float", one.row.layout = product.layout;
+    one.row.bytes = product.bytes, one.row.memory_bytes = bytes, one.row.setup_seconds = full_matrix_seconds_;
     one.product = std::move(product.multiply), one.apply = std::move(product.apply);
     all.push_back(std::move(one));
   }
 }
 
-std::vector<Contestant> FilterCase::contestants(int threads, bool dense, bool sparse,
-                                                std::vector<std::string>& left_out) {
-  std::vector<Contestant> all;
+std::vector<ProductVariant> FilterCase::variants(int threads, bool dense, bool sparse,
+                                                 std::vector<std::string>& left_out) {
+  std::vector<ProductVariant> all;
   const auto add = [&](FilterKind kind, Storage storage, const std::string& name) {
     try {
       all.push_back(storage == Storage::Double ? filter<double>(kind, storage, threads)
                                                : filter<float>(kind, storage, threads));
-    } catch (const InputError& error) {  // memory
+    } catch (const InputError& error) {  // too little memory
       left_out.push_back(name + ": " + error.what());
     }
   };
@@ -139,7 +139,7 @@ std::vector<Contestant> FilterCase::contestants(int threads, bool dense, bool sp
       if (fits(bytes))
         add(FilterKind::Dense, storage, name);
       else
-        left_out.push_back(std::string(name) + ": " + no_room(bytes));
+        left_out.push_back(std::string(name) + ": " + memory_shortage(bytes));
     }
     add_blas(threads, all, left_out);
   }
@@ -147,7 +147,7 @@ std::vector<Contestant> FilterCase::contestants(int threads, bool dense, bool sp
     add(FilterKind::Sparse, Storage::Float, "sparse float");
     add(FilterKind::Sparse, Storage::Double, "sparse double");
   }
-  for (Contestant& one : all) {
+  for (ProductVariant& one : all) {
     one.row.side = side_, one.row.particles = model_.count(), one.row.n = system_.count(), one.row.threads = threads;
     measure_errors(one);
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Who has a product of the filter at one size: malha's filters, and OpenBLAS.
+// The variants of the filter product that are compared at one size: malha's filters, and OpenBLAS.
 #pragma once
 #include <functional>
 #include <string>
@@ -13,42 +13,46 @@
 
 namespace malha::bench {
 
-/// Larger dense filters are left out: what sets them up grows faster than they do, and sparse ones win long before.
+/// Larger dense filters are left out: their set-up grows faster than the product, and sparse filters are faster long
+/// before.
 inline constexpr int kMostDense = 25'000;  // unknowns
 
-/// The cloth of malha bench projection by Desbrun's method: springs of 1e4 N/m, one substep of 1/60 s.
-Scene sprung(int side);
+/// The hanging cloth solved by Desbrun's method: springs of 1e4 N/m, one substep of 1/60 s.
+Scene spring_cloth(int side);
 
-/// A row to fill, and its product.
-struct Contestant {
+/// A way to compute the filter product, and its row of the table.
+struct ProductVariant {
   FilterRow row;
   std::function<void()> product;
   ApplyFilter apply;
-  double stored_bytes = 0;  // read row.bytes / stored_bytes times; 0: not compared with the limits of the machine
+  double stored_bytes = 0;  // size of the filter's values, which a product reads row.bytes / stored_bytes times; 0: not
+  // compared with the machine's bandwidth
 };
 
-/// A cloth, its system, and what filters make of two kinds of forces, to rounding.
+/// A cloth, its linear system, and the solutions for two kinds of forces, accurate to rounding.
 class FilterCase {
  public:
-  /// `threads`: of set-up.
+  /// `threads`: how many threads set the filters up.
   FilterCase(int side, int threads);
 
-  /// Those on so many threads. Adds to `left_out` who cannot take part, and why. The case must outlive them.
-  std::vector<Contestant> contestants(int threads, bool dense, bool sparse, std::vector<std::string>& left_out);
+  /// The variants on `threads` threads. Adds those that cannot run, with the reason, to `left_out`. The case must
+  /// outlive the variants.
+  std::vector<ProductVariant> variants(int threads, bool dense, bool sparse, std::vector<std::string>& left_out);
   const SpringSystem& system() const { return system_; }
 
  private:
   template <class R>
-  Contestant filter(FilterKind kind, Storage storage, int threads);
-  void add_blas(int threads, std::vector<Contestant>& all, std::vector<std::string>& left_out);
-  void measure_errors(Contestant& one) const;
+  ProductVariant filter(FilterKind kind, Storage storage, int threads);
+  void add_blas(int threads, std::vector<ProductVariant>& all, std::vector<std::string>& left_out);
+  void measure_errors(ProductVariant& one) const;
 
   int side_, setup_threads_;
   Model model_;
   SpringSystem system_;
-  std::vector<double> noise_, elastic_, of_noise_, of_elastic_;  // forces, and accelerations from them
-  Array<OpenMP, float> whole_;                                   // S, for OpenBLAS; empty: not made yet
-  double whole_seconds_ = 0;
+  std::vector<double> noise_, elastic_;                    // forces
+  std::vector<double> noise_solution_, elastic_solution_;  // accelerations that follow from them
+  Array<OpenMP, float> full_matrix_;                       // S, for OpenBLAS; empty: not computed yet
+  double full_matrix_seconds_ = 0;
 };
 
 }  // namespace malha::bench

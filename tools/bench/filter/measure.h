@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Times the products of filters at one size: all that run on as many threads take turns.
+// Times the filter products at one size: all variants on the same number of threads are measured in turns.
 #pragma once
 #include <functional>
 #include <string>
@@ -16,12 +16,13 @@ struct FilterTiming : MeasuringOptions {
 
 struct FilterRows {
   std::vector<FilterRow> rows;
-  std::vector<std::string> left_out;  // "what: why"
+  std::vector<std::string> left_out;  // "variant: reason"
 };
 
-/// Dense (with its storages, and OpenBLAS) and sparse, on each number of threads. A repeat is one product at least.
-/// `doing` hears in a few words what comes next and which part of the whole size is done.
+/// Measures dense filters (with all storages, and OpenBLAS) and sparse ones on each number of threads. A repeat is at
+/// least one product. `show_progress` gets a short description of the next measurement and the finished part of this
+/// size, 0 to 1.
 FilterRows measure_filters(int side, const FilterTiming& timing,
-                           const std::function<void(const std::string&, double part)>& doing);
+                           const std::function<void(const std::string&, double part)>& show_progress);
 
 }  // namespace malha::bench

@@ -12,12 +12,12 @@ double FilterRow::ms() const { return median(seconds) * 1e3; }
 double FilterRow::ms_min() const { return *std::min_element(seconds.begin(), seconds.end()) * 1e3; }
 double FilterRow::ms_max() const { return *std::max_element(seconds.begin(), seconds.end()) * 1e3; }
 double FilterRow::gb_per_s() const { return bytes / ms() / 1e6; }
-double FilterRow::of_read() const { return median_ratio(read_seconds, seconds); }
+double FilterRow::part_of_read_bandwidth() const { return median_ratio(read_seconds, seconds); }
 double FilterRow::times_triad() const { return median_ratio(seconds, triad_seconds); }
 
 double times_as_fast(const FilterRow& row, const FilterRow& other) { return median_ratio(other.seconds, row.seconds); }
 
-const FilterRow* beside(const std::vector<FilterRow>& rows, const FilterRow& row, const std::string& kernel) {
+const FilterRow* row_of_kernel(const std::vector<FilterRow>& rows, const FilterRow& row, const std::string& kernel) {
   for (const FilterRow& other : rows)
     if (other.n == row.n && other.threads == row.threads && other.kernel == kernel && other.storage == "float")
       return &other;
@@ -42,14 +42,14 @@ nlohmann::ordered_json to_json(const std::vector<FilterRow>& rows) {
               {"relative_error_elastic", row.elastic_error},
               {"setup_s", row.setup_seconds},
               {"memory_bytes", static_cast<std::int64_t>(row.memory_bytes)}};
-    if (!row.way.empty()) json["way"] = row.way;
+    if (!row.layout.empty()) json["way"] = row.layout;
     if (row.is_step()) json["at_cap"] = row.at_cap;
     if (!row.read_seconds.empty()) {
       json["read_gb_per_s"] = row.bytes / median(row.read_seconds) / 1e9;
-      json["of_read_bandwidth"] = row.of_read();
+      json["of_read_bandwidth"] = row.part_of_read_bandwidth();
       json["times_triad"] = row.times_triad();
       for (const char* peer : {"sgemm", "ssymm", "ssymv"})
-        if (const FilterRow* other = beside(rows, row, peer))
+        if (const FilterRow* other = row_of_kernel(rows, row, peer))
           json["times_as_fast_as_" + std::string(peer)] = times_as_fast(row, *other);
     }
     array.push_back(json);

@@ -19,11 +19,11 @@ namespace {
 constexpr int kLeastSide = 3, kWarmUp = 5, kSteps = 15;
 constexpr double kExact = 1.02;
 
-/// Sets the cloth up and steps it.
+/// Sets the cloth up and measures its steps.
 FilterRow step_row(const StepSearch& search, int side) {
-  Scene scene = sprung(side);
+  Scene scene = spring_cloth(side);
   scene.solver.desbrun.filter = search.filter;
-  Simulation simulation(scene, search.on.options(search.threads, false));
+  Simulation simulation(scene, search.on.simulation_options(search.threads, false));
   const Pinned pinned(search.threads);
   FilterRow row;
   double all = 0;
@@ -51,7 +51,7 @@ int largest_side(int least, int guess, int cap, double exponent, const std::func
     const double time = ms(side);
     (time <= kFrameMs ? good : bad) = side;
     double next = std::sqrt(double(good) * bad);
-    if (good < least || bad > cap) {  // from one side, by the power: at least two of the steps that count
+    if (good < least || bad > cap) {  // no bracket yet: extrapolate by the power, by at least two of the final steps
       const double by = std::pow(kFrameMs / time, 1 / exponent);
       next = side * (time <= kFrameMs ? std::max(by, kExact * kExact) : std::min(by, 1 / (kExact * kExact)));
     }
@@ -60,18 +60,19 @@ int largest_side(int least, int guess, int cap, double exponent, const std::func
   return good < least ? 0 : good;
 }
 
-std::optional<FilterRow> real_time(const StepSearch& search, const std::function<void(const std::string&)>& doing) {
+std::optional<FilterRow> find_real_time_limit(const StepSearch& search,
+                                              const std::function<void(const std::string&)>& show_progress) {
   const bool dense = search.filter == FilterKind::Dense;
   std::optional<FilterRow> best;
   const int side = largest_side(kLeastSide, dense ? 100 : 500, search.cap, dense ? 4 : 2.3, [&](int next) {
-    doing(std::string(dense ? "dense" : "sparse") + " steps at 60 Hz, N = " + std::to_string(next));
+    show_progress(std::string(dense ? "dense" : "sparse") + " steps at 60 Hz, N = " + std::to_string(next));
     try {
       FilterRow row = step_row(search, next);
       const double ms = row.ms();
       if (ms <= kFrameMs && (!best || best->side < next)) best = std::move(row);
       return ms;
     } catch (const InputError&) {
-      return 2 * kFrameMs;  // no room for it
+      return 2 * kFrameMs;  // too little memory
     }
   });
   if (best) best->at_cap = side == search.cap;

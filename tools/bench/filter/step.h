@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How many particles run in real time by Desbrun's method.
+// Search for the largest cloth that Desbrun's method runs in real time.
 #pragma once
 #include <functional>
 #include <optional>
@@ -11,22 +11,23 @@
 
 namespace malha::bench {
 
-inline constexpr double kFrameMs = 16.6;  // of a step at 60 Hz
+inline constexpr double kFrameMs = 16.6;  // the longest step at 60 Hz
 
 struct StepSearch {
   RunsOn on;
   FilterKind filter = FilterKind::Sparse;
   int threads = 1;
   int cap = 1000;      // the largest side to try
-  double seconds = 1;  // of stepping at each size, at least kSteps
+  double seconds = 1;  // of steps at each size, at least kSteps of them
 };
 
-/// The largest grid, to 2 % of its side, whose median step (all of Simulation::step) takes at most kFrameMs, with its
-/// row: `seconds` has every step. None: not even the smallest.
-std::optional<FilterRow> real_time(const StepSearch& search, const std::function<void(const std::string&)>& doing);
+/// The row of the largest grid, to 2 % of its side, whose median step (all of Simulation::step) takes at most kFrameMs.
+/// Its `seconds` are those of every step. Empty if the smallest grid takes longer.
+std::optional<FilterRow> find_real_time_limit(const StepSearch& search,
+                                              const std::function<void(const std::string&)>& show_progress);
 
-/// The search itself: the largest side in [least, cap] with ms(side) <= kFrameMs, about; 0: none. `exponent`: with
-/// which power of the side ms grows, a guess.
+/// The search itself: approximately the largest side in [least, cap] with ms(side) <= kFrameMs; 0: none. `exponent`:
+/// the estimated power of the side with which ms grows.
 int largest_side(int least, int guess, int cap, double exponent, const std::function<double(int side)>& ms);
 
 }  // namespace malha::bench

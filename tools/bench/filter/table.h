@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The results of malha bench filter as a person reads them.
+// Printed tables of malha bench filter.
 #pragma once
 #include <string>
 #include <vector>
@@ -8,17 +8,17 @@
 
 namespace malha::bench {
 
-/// The products at one size under their heading. `rows` are all of one size.
+/// The table of products at one size. All `rows` are of that size.
 std::string filter_table(const std::vector<FilterRow>& rows, const std::vector<std::string>& left_out);
 
-/// What runs in real time; `rows` are steps.
+/// The table of sizes that run in real time; `rows` are steps.
 std::string step_table(const std::vector<FilterRow>& rows);
 
-/// From which size on the sparse filter is the faster one, on each number of threads, in float.
+/// Lines that say from which size on the sparse filter is faster, on each number of threads, in float.
 std::string crossover(const std::vector<FilterRow>& rows);
 
-/// What malha promises of its filters beside what was measured. `cache_bytes`: what exceeds them is read from memory;
+/// The promised speed of malha's filters beside the measured one. `cache_bytes`: larger filters are read from memory;
 /// 0: unknown.
-std::string bars(const std::vector<FilterRow>& rows, double cache_bytes);
+std::string promise_lines(const std::vector<FilterRow>& rows, double cache_bytes);
 
 }  // namespace malha::bench

@@ -5,13 +5,13 @@
 
 namespace malha::bench {
 
-btVector3 in_bullet(const Vec3& a) { return {btScalar(a[0]), btScalar(a[1]), btScalar(a[2])}; }
+btVector3 to_bullet(const Vec3& a) { return {btScalar(a[0]), btScalar(a[1]), btScalar(a[2])}; }
 
 namespace {
 
 btSoftBodyWorldInfo world(const Vec3& gravity) {
   btSoftBodyWorldInfo info;
-  info.m_gravity = in_bullet(gravity);
+  info.m_gravity = to_bullet(gravity);
   info.air_density = 0;
   return info;
 }
@@ -20,16 +20,16 @@ btSoftBodyWorldInfo world(const Vec3& gravity) {
 
 struct BulletCloth::Parts {
   btSoftBodyWorldInfo info;
-  btSoftBody body;  // keeps a pointer to info
+  btSoftBody body;  // stores a pointer to info
 
   explicit Parts(const Vec3& gravity) : info(world(gravity)), body(&info) {}
 };
 
 void add_cloth(btSoftBody& body, const Cloth& cloth, int iterations) {
-  btSoftBody::Material* full = body.appendMaterial();  // first: every node takes it
+  btSoftBody::Material* full = body.appendMaterial();  // before the nodes: each takes the last material
   full->m_kLST = 1;
   for (std::size_t i = 0; i < cloth.points.size(); ++i)
-    body.appendNode(in_bullet(cloth.points[i]), cloth.pinned[i] ? 0 : btScalar(cloth.mass[i]));
+    body.appendNode(to_bullet(cloth.points[i]), cloth.pinned[i] ? 0 : btScalar(cloth.mass[i]));
   body.m_links.reserve(static_cast<int>(cloth.links.size()));
   for (const auto& [a, b] : cloth.links) body.appendLink(a, b, full);
   btSoftBody::Config& config = body.m_cfg;
@@ -46,8 +46,8 @@ BulletCloth::BulletCloth(const Cloth& cloth, const Vec3& gravity, int iterations
 
 BulletCloth::~BulletCloth() = default;
 
-/// What a btSoftRigidDynamicsWorld calls for each of its bodies; without its search for collisions, which malha does
-/// not do here either.
+/// Calls what btSoftRigidDynamicsWorld calls for each of its bodies, without collision detection, which malha leaves
+/// out here as well.
 void BulletCloth::step(double dt) {
   btSoftBody& body = parts_->body;
   body.predictMotion(btScalar(dt));

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The peer that everyone can install, where the build found it: the cloth as a soft body of Bullet (btSoftBody), links
-// only.
+// Bullet as a peer, if the build found it: the cloth as a soft body (btSoftBody) with links only.
 #pragma once
 #include <memory>
 #include <string>
@@ -12,13 +11,13 @@ class btVector3;
 
 namespace malha::bench {
 
-btVector3 in_bullet(const Vec3& a);
+btVector3 to_bullet(const Vec3& a);
 
-/// Gives an empty body the cloth's particles and its links, of full stiffness, as long as they are now. No collisions,
-/// no damping; `iterations`: projections of each link in a step (Bullet's piterations).
+/// Adds the cloth's particles to an empty body, and its links, of full stiffness and their present length. Without
+/// collisions and damping. `iterations`: projections of each link in a step (Bullet's piterations).
 void add_cloth(btSoftBody& body, const Cloth& cloth, int iterations);
 
-/// No collisions, no damping, no bending, no wind; links of full stiffness. One thread: Bullet has no other way.
+/// A cloth of links of full stiffness, without collisions, damping, bending or wind. Bullet runs it on one thread.
 class BulletCloth {
  public:
   /// `iterations`: projections of each link in a step (Bullet's piterations). `gravity` in m/s^2.
@@ -29,14 +28,14 @@ class BulletCloth {
 
   void step(double dt);                 // s
   std::vector<Vec3> positions() const;  // m
-  const btSoftBody& body() const;       // to look closer
+  const btSoftBody& body() const;       // for tests
 
  private:
   struct Parts;
   std::unique_ptr<Parts> parts_;
 };
 
-/// "3.24"; empty: it was not there when malha was built.
+/// "3.24"; empty if it was not installed when malha was built.
 std::string bullet_version();
 
 }  // namespace malha::bench

@@ -18,16 +18,16 @@ namespace malha::bench {
 namespace {
 
 btTransform transform_of(const Pose& pose) {
-  const auto row = [&](int k) { return in_bullet(Vec3{pose.r[3 * k], pose.r[3 * k + 1], pose.r[3 * k + 2]}); };
+  const auto row = [&](int k) { return to_bullet(Vec3{pose.r[3 * k], pose.r[3 * k + 1], pose.r[3 * k + 2]}); };
   btMatrix3x3 turn;
   for (int k = 0; k < 3; ++k) turn[k] = row(k);
-  return btTransform(turn, in_bullet(Vec3{pose.t.x, pose.t.y, pose.t.z}));
+  return btTransform(turn, to_bullet(Vec3{pose.t.x, pose.t.y, pose.t.z}));
 }
 
 }  // namespace
 
 struct BulletDrape::Parts {
-  /// A mesh that does not feel the cloth.
+  /// An environment mesh as a static or kinematic body.
   struct Obstacle {
     std::vector<Keyframe> motion;
     btTriangleMesh triangles;
@@ -35,7 +35,7 @@ struct BulletDrape::Parts {
     std::unique_ptr<btRigidBody> body;
 
     explicit Obstacle(const EnvironmentMesh& mesh) : motion(mesh.spec.motion) {
-      for (const Vec3& x : mesh.mesh.points) triangles.findOrAddVertex(in_bullet(x), false);
+      for (const Vec3& x : mesh.mesh.points) triangles.findOrAddVertex(to_bullet(x), false);
       for (const Triangle& t : malha::triangles(mesh.mesh)) triangles.addTriangleIndices(t[0], t[1], t[2]);
       shape = std::make_unique<btBvhTriangleMeshShape>(&triangles, true);
       shape->setMargin(btScalar(mesh.spec.thickness));
@@ -59,8 +59,8 @@ struct BulletDrape::Parts {
   explicit Parts(const Simulation& simulation)
       : dt(simulation.model().scene.solver.dt), time(simulation.solver().time()) {
     Scene scene = simulation.model().scene;
-    world.setGravity(in_bullet(scene.gravity));
-    world.getWorldInfo().m_gravity = in_bullet(scene.gravity);
+    world.setGravity(to_bullet(scene.gravity));
+    world.getWorldInfo().m_gravity = to_bullet(scene.gravity);
     world.getWorldInfo().air_density = 0;
     for (const EnvironmentMesh& mesh : simulation.model().environment) {
       obstacles.emplace_back(mesh);
@@ -69,7 +69,7 @@ struct BulletDrape::Parts {
     add_cloth(simulation, scene);
   }
   ~Parts() {
-    world.getWorldInfo().m_sparsesdf.Reset();  // otherwise each triangle that was near is looked for in all its cells
+    world.getWorldInfo().m_sparsesdf.Reset();  // otherwise each near triangle is searched in all of its cells
     world.removeSoftBody(cloth.get());
     for (Obstacle& o : obstacles) world.removeRigidBody(o.body.get());
   }
@@ -83,8 +83,8 @@ struct BulletDrape::Parts {
     const std::vector<Vec3> x = simulation.positions(), v = simulation.velocities();
     for (int i = 0; i < cloth->m_nodes.size(); ++i) {
       btSoftBody::Node& node = cloth->m_nodes[i];
-      node.m_x = node.m_q = in_bullet(x[static_cast<std::size_t>(i)]);
-      node.m_v = in_bullet(v[static_cast<std::size_t>(i)]);
+      node.m_x = node.m_q = to_bullet(x[static_cast<std::size_t>(i)]);
+      node.m_v = to_bullet(v[static_cast<std::size_t>(i)]);
     }
     btSoftBody::Config& config = cloth->m_cfg;
     config.collisions = btSoftBody::fCollision::SDF_RS;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A cloth on environment meshes by Bullet, where the build found it: a soft body against BVHs of triangles.
+// A cloth on environment meshes by Bullet, if the build found it: a soft body against BVHs of triangles.
 #pragma once
 #include <memory>
 
@@ -7,11 +7,12 @@
 
 namespace malha::bench {
 
-/// Links of full stiffness on the edges and diagonals that malha's cloth has, as many iterations a step as malha has
-/// projections; no bending, no drag. It goes on from where the simulation is. One thread: Bullet has no other way.
+/// A cloth that starts in the state of a simulation: links of full stiffness on the edges and diagonals of malha's
+/// cloth, as many iterations per step as malha has projections, no bending, no drag. Bullet runs it on one thread.
 class BulletDrape {
  public:
-  /// The scene's only body is a cloth with a density, of distance constraints first. What moves is moved once a step.
+  /// The scene's only body must be a cloth with a density, whose first constraints are distance constraints. Moving
+  /// meshes are moved once per step.
   explicit BulletDrape(const Simulation& simulation);
   ~BulletDrape();
   BulletDrape(const BulletDrape&) = delete;

@@ -22,12 +22,12 @@ std::string colour(const Row& row) {
 }
 
 std::string name(const Row& row) {
-  return (row.library == "bullet" ? "Bullet, " : row.schedule.levels ? "with levels, " : "malha, ") + where_of(row);
+  return (row.library == "bullet" ? "Bullet, " : row.schedule.levels ? "with levels, " : "malha, ") + executor_of(row);
 }
 
-/// Lines of the grids, and open marks of the irregular mesh, for each library and number of threads.
+/// A line through the grids, and open marks for the irregular mesh, per library and number of threads.
 std::vector<Series> series(const std::vector<Row>& rows) {
-  std::map<std::string, Series> blocks;  // by a key that sorts them as the legend shows them
+  std::map<std::string, Series> blocks;  // by a key in the order of the legend
   const auto add = [&blocks](const std::string& key, const Series& how, const std::string& data) {
     blocks.try_emplace(key, how).first->second.data += data;
   };

@@ -17,15 +17,16 @@ namespace {
 
 constexpr Schedule kSchedules[] = {{10, 1}, {1, 10}, {10, 1, true}};
 
-/// Who takes turns: a row to fill, how it steps, and how its state is looked at.
+/// A simulation that is measured in turns with others: its row, its step, and how the row gets strain and state hash.
 struct Runner {
   Row row;
   std::function<void()> step;
-  std::function<void(Row&)> look;
+  std::function<void(Row&)> read_state;
 };
 
 Runner malha_runner(const Case& which, const Schedule& schedule, const RunsOn& on, int threads) {
-  const auto simulation = std::make_shared<Simulation>(hanging(which, schedule), on.options(threads, false));
+  const auto simulation =
+      std::make_shared<Simulation>(hanging_cloth(which, schedule), on.simulation_options(threads, false));
   Runner runner;
   runner.row.backend = on.backend;
   runner.row.library = "malha", runner.row.version = version();
@@ -39,7 +40,7 @@ Runner malha_runner(const Case& which, const Schedule& schedule, const RunsOn& o
   runner.row.setup_seconds.emplace_back("total", times.model_seconds + times.solver_seconds);
   runner.row.memory = memory_parts(simulation->model(), simulation->solver().facts());
   runner.step = [simulation] { simulation->step(); };
-  runner.look = [simulation](Row& row) {
+  runner.read_state = [simulation](Row& row) {
     const Measures measures = simulation->measure();
     row.strain = {measures.strain_rms, measures.strain_max};
     row.state_hash = simulation->state_hash();
@@ -48,10 +49,10 @@ Runner malha_runner(const Case& which, const Schedule& schedule, const RunsOn& o
 }
 
 #if defined(MALHA_HAS_BULLET)
-/// Bullet divides a step into iterations alone.
+/// Bullet divides a step into iterations only; it has no substeps.
 Runner bullet_runner(const Case& which) {
   const Schedule schedule{1, 10};
-  const Scene scene = hanging(which, schedule);
+  const Scene scene = hanging_cloth(which, schedule);
   const auto cloth = std::make_shared<const Cloth>(cloth_of(scene));
   const auto soft = std::make_shared<BulletCloth>(*cloth, scene.gravity, schedule.iterations);
   Runner runner;
@@ -61,7 +62,7 @@ Runner bullet_runner(const Case& which) {
   runner.row.constraints = static_cast<std::int64_t>(cloth->links.size());
   runner.row.projections = runner.row.constraints * schedule.projections();
   runner.step = [soft, dt = scene.solver.dt] { soft->step(dt); };
-  runner.look = [soft, cloth](Row& row) {
+  runner.read_state = [soft, cloth](Row& row) {
     const std::vector<Vec3> positions = soft->positions();
     row.strain = strain(*cloth, positions);
     row.state_hash = hash_bytes(positions.data(), positions.size() * sizeof(Vec3));
@@ -72,7 +73,7 @@ Runner bullet_runner(const Case& which) {
 Runner bullet_runner(const Case&) { return {}; }
 #endif
 
-std::string words(const Row& row) { return row.library + " " + row.schedule.name() + " on " + where_of(row); }
+std::string title_of(const Row& row) { return row.library + " " + row.schedule.name() + " on " + executor_of(row); }
 
 }  // namespace
 
@@ -83,18 +84,18 @@ std::string bullet_version() { return ""; }
 #endif
 
 std::string bullet_left_out(const Case& which) {
-  if (bullet_version().empty()) return "it was not there when malha was built (Debian: libbullet-dev)";
+  if (bullet_version().empty()) return "it was not installed when malha was built (Debian: libbullet-dev)";
   return which.side > 500 ? "its warm-up alone would take minutes" : "";
 }
 
 std::vector<Row> measure(Case which, const MeasuringOptions& timing,
-                         const std::function<void(const std::string&, double)>& doing) {
-  doing("setting up", 0);
+                         const std::function<void(const std::string&, double)>& show_progress) {
+  show_progress("setting up", 0);
   std::vector<Runner> runners;
   for (const Schedule& schedule : kSchedules) {
     for (const int threads : timing.threads) {
       Runner runner = malha_runner(which, schedule, timing.on, threads);
-      if (schedule.levels && runner.row.levels == 0) break;  // "auto" has none here: the rows would repeat others
+      if (schedule.levels && runner.row.levels == 0) break;  // "auto" makes none here: the rows would repeat others
       runners.push_back(std::move(runner));
     }
   }
@@ -104,14 +105,14 @@ std::vector<Row> measure(Case which, const MeasuringOptions& timing,
   const double turns = static_cast<double>(runners.size()) * (timing.repeats + 1);
   double turn = 0;
   for (Runner& runner : runners) {
-    doing("warm-up: " + words(runner.row), turn++ / turns);
+    show_progress("warm-up: " + title_of(runner.row), turn++ / turns);
     for (int k = 0; k < kWarmUpSteps; ++k) runner.step();
-    runner.look(runner.row);
+    runner.read_state(runner.row);
   }
   for (int repeat = 1; repeat <= timing.repeats; ++repeat)
     for (Runner& runner : runners) {
-      doing("repeat " + std::to_string(repeat) + ": " + words(runner.row), turn++ / turns);
-      runner.row.step_seconds.push_back(seconds_each(runner.step, timing.seconds));
+      show_progress("repeat " + std::to_string(repeat) + ": " + title_of(runner.row), turn++ / turns);
+      runner.row.step_seconds.push_back(mean_seconds(runner.step, timing.seconds));
     }
 
   std::vector<Row> rows;
@@ -124,10 +125,13 @@ std::vector<Row> measure(Case which, const MeasuringOptions& timing,
 
 namespace {
 
-constexpr double kRead = 40, kWritten = 36;  // bytes a particle: x with what it lacks, v, w read; all but w written
-constexpr double kReadAgain = 40, kWrittenAgain = 12;  // of a further iteration: x, w, how far it went; that
+// Bytes per particle: the first iteration reads x with its rounding remainder, v and w, and writes all but w. Each
+// further one reads x, w and the displacement, and writes the displacement.
+constexpr double kRead = 40, kWritten = 36;
+constexpr double kReadAgain = 40, kWrittenAgain = 12;
 
-/// A grid's pattern gives the particles of its constraints, and a few rest lengths serve all of them.
+/// Bytes per constraint: a grid's pattern yields the particles of its constraints, and all of them share a few rest
+/// lengths.
 double constraint_bytes(const Row& row) { return row.case_name == "grid" ? 0 : 8; }
 
 }  // namespace

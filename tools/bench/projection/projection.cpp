@@ -20,13 +20,13 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-struct Planned {
+struct PlannedCase {
   bool grid;
   int n;
 };
 
-std::vector<Planned> plan(const ProjectionOptions& options) {
-  std::vector<Planned> cases;
+std::vector<PlannedCase> plan(const ProjectionOptions& options) {
+  std::vector<PlannedCase> cases;
   const std::vector<int> given = sorted(options.n);
   const bool irregular = options.only == "irregular" || (options.only.empty() && options.n.empty());
   if (options.only != "irregular")
@@ -36,7 +36,7 @@ std::vector<Planned> plan(const ProjectionOptions& options) {
   return cases;
 }
 
-/// What was measured on, and how fast that is.
+/// Facts about the machine, with Bullet's version.
 Json facts_of(const MeasuringOptions& timing, double root_ns) {
   Json facts = machine_facts(timing.threads, timing.on);
   if (!bullet_version().empty()) facts["bullet_version"] = bullet_version();
@@ -46,17 +46,18 @@ Json facts_of(const MeasuringOptions& timing, double root_ns) {
 
 std::string introduction(const ProjectionOptions& options, const Json& facts) {
   return formatted(
-             "A hanging cloth in float, dt = 1/60 s: %d steps of warm-up, then %d x %g s a line, taking turns; "
-             "medians.\nStrain and state are those after the warm-up. The floor is the larger of memory (the triad at "
-             "that size)\nand arithmetic (a square root and a division, %.3f ns on 1 thread).\n",
+             "A hanging cloth in float, dt = 1/60 s: %d steps of warm-up, then %d x %g s a line, in turns; "
+             "medians.\nStrain and state are those after the warm-up. The floor is the larger of the times of memory "
+             "(triad at "
+             "that size)\nand of arithmetic (a square root and a division, %.3f ns on 1 thread).\n",
              kWarmUpSteps, options.repeats, options.seconds, facts["root_and_quotient_ns"].get<double>()) +
          machine_lines(facts, bullet_version().empty() ? "" : "Bullet " + bullet_version());
 }
 
-/// The most that the lines of a case take up while they take turns.
-void check_memory(const std::vector<Planned>& cases, const std::vector<int>& threads) {
+/// Refuses cases whose simulations, which are in memory together, need more than is free.
+void check_memory(const std::vector<PlannedCase>& cases, const std::vector<int>& threads) {
   const auto free = static_cast<double>(available_memory()), lines = static_cast<double>(lines_of_malha(threads));
-  for (const Planned& planned : cases) {
+  for (const PlannedCase& planned : cases) {
     const double particles = planned.grid ? double(planned.n) * planned.n : planned.n;
     const double needed = particles * (lines * kLineBytes + kSetUpBytes);
     if (needed <= free) continue;
@@ -74,10 +75,10 @@ void check_memory(const std::vector<Planned>& cases, const std::vector<int>& thr
 void run_projection(const ProjectionOptions& options) {
   MeasuringOptions timing = options;
   timing.threads = thread_counts(options);
-  const std::vector<Planned> cases = plan(options);
+  const std::vector<PlannedCase> cases = plan(options);
   check_memory(cases, timing.threads);
   Output out("projection", options);
-  out.doing("measuring the machine", 0);
+  out.show_progress("measuring the machine", 0);
   const double root_ns = root_and_quotient_ns();
   out.facts = facts_of(timing, root_ns);
   out.print(introduction(options, out.facts));
@@ -89,7 +90,7 @@ void run_projection(const ProjectionOptions& options) {
     const std::string name = which.name + " " + std::to_string(which.n) + ", ";
     const std::string left_out = bullet_left_out(which);
     std::vector<Row> rows = measure(std::move(which), timing, [&](const std::string& what, double part) {
-      out.doing(name + what, (static_cast<double>(k) + part) / static_cast<double>(cases.size()));
+      out.show_progress(name + what, (static_cast<double>(k) + part) / static_cast<double>(cases.size()));
     });
     std::map<int, double> triad;  // by threads
     for (Row& row : rows) {
@@ -100,7 +101,7 @@ void run_projection(const ProjectionOptions& options) {
     }
     out.print(table(rows, left_out));
     all.insert(all.end(), rows.begin(), rows.end());
-    out.write(to_json(all));  // now: what ends the next case takes none of this one away
+    out.write(to_json(all));  // after each case, so that it is not lost if the next one fails
     no_chart = draw_chart(all, out.folder());
   }
   out.list();

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// malha bench projection: what a projection costs, beside Bullet, the machine's bandwidth, and the floor.
+// malha bench projection: the time of a projection, compared with Bullet and with a lower bound from the machine's
+// bandwidth and arithmetic.
 #pragma once
 #include <string>
 #include <vector>
@@ -9,13 +10,13 @@
 namespace malha::bench {
 
 struct ProjectionOptions : MeasuringOptions {
-  std::vector<int> n;  // sides of the grid; particles of the irregular mesh. Empty: those of the common case
-  std::string only;    // "grid" or "irregular"; empty: both, or the grid alone where n is given
+  std::vector<int> n;  // sides of the grid, or particles of the irregular mesh; empty: the default sizes
+  std::string only;    // "grid" or "irregular"; empty: both, or the grid alone if n is given
 };
 
-/// Runs, prints a table to standard output as it goes, and after each case writes projection.json (the rows),
-/// projection_machine.json, projection.txt, projection.svg and projection.png into the folder. Throws InputError for
-/// what does not fit into memory, Diverged, and std::runtime_error where something cannot be written.
+/// Runs the benchmark and prints its table to standard output, case by case. After each case it writes projection.json
+/// (the rows), projection_machine.json, projection.txt, projection.svg and projection.png into the folder. Throws
+/// InputError if memory is too small, Diverged, and std::runtime_error if a file cannot be written.
 void run_projection(const ProjectionOptions& options);
 
 }  // namespace malha::bench

@@ -27,7 +27,7 @@ double Row::ns_min() const { return ns(*std::min_element(step_seconds.begin(), s
 double Row::ns_max() const { return ns(*std::max_element(step_seconds.begin(), step_seconds.end())); }
 double Row::floor_ns() const { return std::max(floor_memory_ns, floor_operations_ns); }
 
-std::string where_of(const Row& row) { return row.on_device() ? "the device" : counted(row.threads, "thread"); }
+std::string executor_of(const Row& row) { return row.on_device() ? "the device" : counted(row.threads, "thread"); }
 
 double times_as_fast(const Row& row, const Row& other) {
   std::vector<double> ratios;

@@ -17,7 +17,7 @@ std::string heading(const std::vector<Row>& rows) {
   const char* separator = " ";
   for (const Row& r : rows) {
     if (r.library != "malha" || !(r.schedule == rows.front().schedule)) continue;
-    text += separator + formatted("%.0f GB/s on ", r.triad_gb_per_s) + where_of(r);
+    text += separator + formatted("%.0f GB/s on ", r.triad_gb_per_s) + executor_of(r);
     separator = ", ";
   }
   return text + "\n";
@@ -31,25 +31,25 @@ std::string line(const Row& row) {
                    row.strain.rms, row.strain.max, hex(row.state_hash).c_str());
 }
 
-double number_of(const Parts& parts, const std::string& name) {
-  for (const auto& [own, number] : parts)
-    if (own == name) return number;
+double value_of(const Parts& parts, const std::string& name) {
+  for (const auto& [owner, number] : parts)
+    if (owner == name) return number;
   return 0;
 }
 
 std::string set_up_of_levels(const Row& row, const Row& plain) {
-  return formatted("  levels on %s: set-up %.3g s instead of %.3g, %.3g B a particle\n", where_of(row).c_str(),
-                   number_of(row.setup_seconds, "total"), number_of(plain.setup_seconds, "total"),
-                   number_of(row.memory, "levels") / static_cast<double>(row.particles));
+  return formatted("  levels on %s: set-up %.3g s instead of %.3g, %.3g B a particle\n", executor_of(row).c_str(),
+                   value_of(row.setup_seconds, "total"), value_of(plain.setup_seconds, "total"),
+                   value_of(row.memory, "levels") / static_cast<double>(row.particles));
 }
 
-/// What set-up takes, of the first schedule on the most threads.
+/// Times of the parts of set-up, and memory, for the first schedule on the largest number of threads.
 std::string setup_lines(const std::vector<Row>& rows) {
   const Row* shown = nullptr;
   for (const Row& row : rows)
     if (row.library == "malha" && row.schedule == rows.front().schedule) shown = &row;
   if (shown == nullptr) return "";
-  std::string text = "  set-up on " + where_of(*shown) + ":";
+  std::string text = "  set-up on " + executor_of(*shown) + ":";
   for (const auto& [part, seconds] : shown->setup_seconds)
     if (seconds > 0) text += formatted(" %s %.3g s,", part.c_str(), seconds);
   text.back() = '\n';
@@ -74,7 +74,7 @@ std::string table(const std::vector<Row>& rows, const std::string& bullet_left_o
   for (const Row& row : rows) {
     const Row* one = on_one_thread(rows, row);
     if (one != nullptr && one != &row)
-      text += formatted("  %s on %s: %.2f x as fast as on 1\n", row.schedule.name().c_str(), where_of(row).c_str(),
+      text += formatted("  %s on %s: %.2f x as fast as on 1\n", row.schedule.name().c_str(), executor_of(row).c_str(),
                         times_as_fast(row, *one));
   }
   for (const Row& row : rows)
@@ -82,14 +82,14 @@ std::string table(const std::vector<Row>& rows, const std::string& bullet_left_o
       text +=
           formatted(
               "  levels on %s: %.2f x the step without, strain %.2g rms and %.2g at most instead of %.2g and %.2g\n",
-              where_of(row).c_str(), times_as_long(row, *plain), row.strain.rms, row.strain.max, plain->strain.rms,
+              executor_of(row).c_str(), times_as_long(row, *plain), row.strain.rms, row.strain.max, plain->strain.rms,
               plain->strain.max) +
           set_up_of_levels(row, *plain);
   for (const Row& row : rows) {
     const Row* peer = bullet_of(rows, row);
     if (peer != nullptr && row.library == "malha" && row.schedule == Schedule{10, 1})
       text += formatted("  10x1 on %s: %.1f x as fast as Bullet (1x10, 1 thread), a projection\n",
-                        where_of(row).c_str(), times_as_fast(row, *peer));
+                        executor_of(row).c_str(), times_as_fast(row, *peer));
   }
   text += setup_lines(rows);
   if (!bullet_left_out.empty()) text += "  Bullet is left out: " + bullet_left_out + "\n";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The results as a person reads them.
+// Printed table of malha bench projection.
 #pragma once
 #include <string>
 #include <vector>
@@ -8,8 +8,8 @@
 
 namespace malha::bench {
 
-/// A case's rows under its heading, and what they say beside each other. `rows` are all of one case.
-/// `bullet_left_out`: why Bullet has none, or nothing.
+/// The table of a case, followed by lines that compare its rows. All `rows` are of that case. `bullet_left_out`: the
+/// reason why Bullet has no row; empty if it has one.
 std::string table(const std::vector<Row>& rows, const std::string& bullet_left_out);
 
 }  // namespace malha::bench

@@ -16,7 +16,7 @@ ConstraintSpec stiff(const char* type, std::vector<std::string> on = {}, double 
   return spec;
 }
 
-/// `substeps` of steps of `dt` (s), one iteration each, in float.
+/// A scene with steps of `dt` (s), `substeps` substeps of one iteration each, in float.
 Scene scene_of(const std::string& name, double dt, int substeps, std::vector<BodySpec> bodies, double thickness,
                double friction) {
   Scene scene;
@@ -55,8 +55,8 @@ EnvironmentSpec ball(const Vec3& at, double radius) {
 
 int cells_of_square(int n) { return std::max(1, static_cast<int>(std::lround(std::sqrt(double(n)))) - 1); }
 
-/// Layers a little nearer than the thickness, 0.4 of a cell's side, that slide over each other and weigh on the lowest,
-/// which is pinned.
+/// Layers slide over each other and rest on the lowest, which is pinned. They start a little closer than the thickness,
+/// which is 0.4 of a cell's side.
 Scene stack(int n) {
   const double side = 0.02, thickness = 0.008;
   const int cells = cells_of_square(n / kLayers);
@@ -77,7 +77,7 @@ Scene stack(int n) {
 
 Scene heap(int n) { return cloth_of_2006(n, false, 10); }
 
-/// A square of 2 m over a ball of 0.3 m and onto the ground.
+/// A square of 2 m falls over a ball of 0.3 m and onto the ground.
 Scene drape(int n) {
   const int cells = cells_of_square(n);
   BodySpec body = cloth(2, 2, cells, cells, 0.3);
@@ -87,7 +87,7 @@ Scene drape(int n) {
   return scene;
 }
 
-/// A square of 1 m, 5 mm thick, whose sides turn by half a circle against each other, and come nearer.
+/// A square of 1 m, 5 mm thick, is twisted by half a circle between two sides, which also approach each other.
 Scene twist(int n) {
   const int cells = cells_of_square(n);
   BodySpec body = cloth(1, 1, cells, cells, 0.1);
@@ -104,19 +104,20 @@ Scene twist(int n) {
   return scene;
 }
 
-/// A sheet that soft springs pull to a point.
+/// Soft springs pull a sheet to a point.
 Scene crumple(int n) {
   const int cells = cells_of_square(n);
   BodySpec body = cloth(0.5, 0.5, cells, cells, 0.02);
   body.transform.translate = {-0.25, 0.3, -0.25};
   Attachment pull;
   pull.at = BoxPin{{-1, -1, -1}, {1, 1, 1}};
-  pull.point = Vec3{0, 0.3, 0}, pull.compliance = 40 * n / 361.0;  // N/m of the whole sheet, whatever its particles
+  // m/N; the stiffness of the whole sheet does not depend on n.
+  pull.point = Vec3{0, 0.3, 0}, pull.compliance = 40 * n / 361.0;
   body.attachments = {pull};
   return scene_of("crumple", 1.0 / 60, 20, {body}, 0.15 / cells, 0.4);
 }
 
-/// Two balls full of air that meet.
+/// Two balls under pressure collide.
 Scene balls(int n) {
   const int subdivisions = std::max(1, static_cast<int>(std::lround(std::log2(n / 20.0) / 2)));
   std::vector<BodySpec> both;
@@ -143,7 +144,7 @@ Scene layers(int n) {
   for (int layer = 0; layer < kSheets; ++layer) {
     BodySpec body = cloth(1, 1, cells, cells, 0.1);
     body.name = "layer " + std::to_string(layer);
-    // Not all alike, so that no two have their particles over each other.
+    // Each is turned differently, so that no two have their particles above each other.
     body.transform.degrees = 2 * layer;
     body.transform.translate = {-0.5, 0.52 + 0.005 * layer, -0.5};
     sheets.push_back(body);
@@ -179,7 +180,7 @@ const std::vector<SelfCase>& self_cases() {
       {"sphere", "a square of 2 m falls over a ball and onto the ground", {10'000}, 78, drape},
       {"twist", "a square of 1 m, 5 mm thick, is turned by half a circle between its sides", {40'000}, 60, twist},
       {"crumple", "soft springs pull a sheet to a point", {2500}, 60, crumple},
-      {"balls", "two balls full of air meet", {5124}, 40, balls},
+      {"balls", "two balls under pressure collide", {5124}, 40, balls},
       {"layers", "fifty sheets fall over a ball and onto the ground", {24'600}, 30, layers}};
   return all;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What malha bench self measures: layers that slide for as long as one likes, and motions from start to end.
+// Scenes of malha bench self: sliding layers, measured for any length of time, and motions from start to end.
 #pragma once
 #include <vector>
 
@@ -9,9 +9,9 @@ namespace malha::bench {
 
 struct SelfCase {
   const char* name;
-  const char* what;    // in a line of the table's legend
-  std::vector<int> n;  // particles, about, where none are asked for
-  int steps;           // of the motion; 0: as long as one likes
+  const char* what;    // description in the table's legend
+  std::vector<int> n;  // default numbers of particles, approximately
+  int steps;           // length of the motion; 0: any number
   Scene (*scene)(int n);
 };
 
@@ -19,7 +19,7 @@ struct SelfCase {
 /// in frames of 1/30 s over a ball, or on edge onto the ground, where it folds to a heap.
 Scene cloth_of_2006(int n, bool drapes, int substeps);
 
-/// Four sheets that slide, a heap, a cloth over a ball, a twisted one, a crumpled one, two balls, and fifty layers.
+/// Four sliding sheets, a heap, a cloth over a ball, a twisted and a crumpled cloth, two balls, and fifty layers.
 const std::vector<SelfCase>& self_cases();
 
 }  // namespace malha::bench

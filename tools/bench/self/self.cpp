@@ -21,21 +21,22 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr int kWarmUp = 2;          // steps
-constexpr double kLongMotion = 30;  // s of all lines: longer ones are not repeated
-constexpr int kTogether = 500'000;  // particles: beyond, two lines need more memory than many machines have
+constexpr int kWarmUp = 2;                 // steps
+constexpr double kLongMotion = 30;         // s on all numbers of threads; longer motions are not repeated
+constexpr int kMostTakingTurns = 500'000;  // particles; two larger simulations need more memory than many machines have
 
-/// What a number of threads has shown of a case.
-struct Line {
+/// A simulation of a case on a number of threads, and its times.
+struct TimedRun {
   Simulation simulation;
   int threads;
-  std::string hash = {};                           // after the same steps on all numbers of threads
-  std::vector<double> collision = {}, whole = {};  // ns a particle and substep, a number a turn
+  std::string hash = {};                           // of the state after the same steps on all numbers of threads
+  std::vector<double> collision = {}, whole = {};  // ns per particle and substep, one value a turn
 
-  Line(const Scene& scene, const RunsOn& on, int count) : simulation(scene, on.options(count, true)), threads(count) {}
+  TimedRun(const Scene& scene, const RunsOn& on, int count)
+      : simulation(scene, on.simulation_options(count, true)), threads(count) {}
 
-  /// Takes note of steps that took `whole` s each, `collision` of them in contacts.
-  void note(double whole_s, double collision_s) {
+  /// Adds the times of a step: `whole_s` seconds, `collision_s` of them in self-collision.
+  void add_times(double whole_s, double collision_s) {
     const double per = 1e9 / (static_cast<double>(simulation.model().scene.solver.substeps) *
                               simulation.model().count());  // of a step
     whole.push_back(whole_s * per), collision.push_back(collision_s * per);
@@ -43,29 +44,29 @@ struct Line {
   double collision_seconds() const { return simulation.solver().pass_seconds()[static_cast<int>(Pass::SelfCollision)]; }
 };
 
-/// One turn of what goes on for ever: at least `enough` seconds of steps.
-void take_turn(Line& line, double enough) {
+/// Runs steps for at least `min_seconds` and adds their times.
+void run_turn(TimedRun& line, double min_seconds) {
   const double before = line.collision_seconds();
   const std::int64_t first = line.simulation.steps();
-  const double step = seconds_each([&] { line.simulation.step(); }, enough);
+  const double step = mean_seconds([&] { line.simulation.step(); }, min_seconds);
   const auto steps = static_cast<double>(line.simulation.steps() - first);
-  line.note(step, (line.collision_seconds() - before) / steps);
+  line.add_times(step, (line.collision_seconds() - before) / steps);
 }
 
-/// A motion from start to end; crossings are counted between its steps. Returns the seconds of its steps.
-double run_motion(Line& line, int steps, const std::function<void(double)>& progress) {
-  double took = 0;
+/// Runs a motion from start to end and counts intersections after each step. Returns the seconds of its steps.
+double run_motion(TimedRun& line, int steps, const std::function<void(double)>& progress) {
+  double elapsed = 0;
   for (int step = 0; step < steps; ++step) {
-    took += seconds([&] { line.simulation.step(); });
+    elapsed += seconds([&] { line.simulation.step(); });
     line.simulation.count_crossings();
     progress(double(step + 1) / steps);
   }
-  line.note(took / steps, line.collision_seconds() / steps);
+  line.add_times(elapsed / steps, line.collision_seconds() / steps);
   line.hash = hex(line.simulation.state_hash());
-  return took;
+  return elapsed;
 }
 
-Json row_of(const SelfCase& of, const Line& line) {
+Json row_of(const SelfCase& of, const TimedRun& line) {
   const Measures m = line.simulation.measure();
   const SolverStats& facts = line.simulation.solver().facts();
   const SolverSpec& solver = line.simulation.model().scene.solver;
@@ -92,7 +93,7 @@ Json row_of(const SelfCase& of, const Line& line) {
 
 std::string printed(const Json& row) {
   const auto number = [&](const char* key) { return row[key].get<double>(); };
-  return formatted("%-8s %9d %7d %9.2f %9.0f %9.0f %7.2f %8.0f %8.2f %5.0f/%-5.0f %9.0f\n",
+  return formatted("%-8s %9d %7d %9.2f %9.0f %9.0f %8.2f %8.0f %8.2f %9.0f/%-8.0f %13.0f\n",
                    row["case"].get<std::string>().c_str(), row["particles"].get<int>(), row["threads"].get<int>(),
                    number("step_ms"), number("self_collision_ns_per_particle_and_substep"),
                    number("step_ns_per_particle_and_substep"), number("self_contacts_per_particle"),
@@ -101,9 +102,10 @@ std::string printed(const Json& row) {
 }
 
 constexpr const char* kHead =
-    "case     particles threads   step ms   self ns   step ns  pushes    bytes searches  held/substeps  crossings\n";
+    "case     particles threads   step ms   self ns   step ns contacts    bytes searches truncated/substeps "
+    "intersections\n";
 
-std::vector<const SelfCase*> chosen(const SelfOptions& options) {
+std::vector<const SelfCase*> selected_cases(const SelfOptions& options) {
   std::vector<const SelfCase*> all;
   for (const SelfCase& of : self_cases())
     if (options.cases.empty() ? options.n.empty() || all.empty()
@@ -112,44 +114,44 @@ std::vector<const SelfCase*> chosen(const SelfOptions& options) {
   return all;
 }
 
-/// The lines of a case with so many particles, all after the same steps.
-class Runs {
+/// The simulations of a case with `n` particles, one per number of threads. All end after the same steps.
+class CaseRuns {
  public:
-  Runs(const SelfCase& of, int n, const SelfOptions& options, Output& out)
+  CaseRuns(const SelfCase& of, int n, const SelfOptions& options, Output& out)
       : of_(of), scene_(of.scene(n)), n_(n), options_(options), out_(out) {}
 
   std::vector<Json> rows(const std::vector<int>& threads) const {
-    std::vector<Line> lines = of_.steps > 0 ? motions(threads) : lasting(threads);
+    std::vector<TimedRun> lines = of_.steps > 0 ? motion_runs(threads) : steady_runs(threads);
     std::vector<Json> rows;
-    for (const Line& line : lines) rows.push_back(row_of(of_, line));
+    for (const TimedRun& line : lines) rows.push_back(row_of(of_, line));
     return rows;
   }
 
  private:
   std::string title() const { return std::string(of_.name) + ", " + std::to_string(n_) + " particles"; }
 
-  std::vector<Line> lasting(const std::vector<int>& threads) const {
-    std::vector<Line> lines;
+  std::vector<TimedRun> steady_runs(const std::vector<int>& threads) const {
+    std::vector<TimedRun> lines;
     for (const int count : threads) {
-      Line& line = lines.emplace_back(scene_, options_.on, count);
+      TimedRun& line = lines.emplace_back(scene_, options_.on, count);
       for (int step = 0; step < kWarmUp; ++step) line.simulation.step();
       line.hash = hex(line.simulation.state_hash());
     }
     for (int turn = 0; turn < options_.repeats; ++turn) {
-      out_.doing(title(), double(turn) / options_.repeats);
-      for (Line& line : lines) take_turn(line, options_.seconds);
+      out_.show_progress(title(), double(turn) / options_.repeats);
+      for (TimedRun& line : lines) run_turn(line, options_.seconds);
     }
     return lines;
   }
 
-  std::vector<Line> motions(const std::vector<int>& threads) const {
-    std::vector<Line> lines;
+  std::vector<TimedRun> motion_runs(const std::vector<int>& threads) const {
+    std::vector<TimedRun> lines;
     for (int turn = 0; turn < options_.repeats; ++turn) {
-      double took = 0;
+      double elapsed = 0;
       for (std::size_t k = 0; k < threads.size(); ++k) {
-        Line line(scene_, options_.on, threads[k]);
-        took += run_motion(line, of_.steps, [&](double part) {
-          out_.doing(title(), (turn + (double(k) + part) / double(threads.size())) / options_.repeats);
+        TimedRun line(scene_, options_.on, threads[k]);
+        elapsed += run_motion(line, of_.steps, [&](double part) {
+          out_.show_progress(title(), (turn + (double(k) + part) / double(threads.size())) / options_.repeats);
         });
         if (turn > 0) {
           line.whole.insert(line.whole.end(), lines[k].whole.begin(), lines[k].whole.end());
@@ -159,7 +161,7 @@ class Runs {
           lines.push_back(std::move(line));
         }
       }
-      if (took > kLongMotion) break;
+      if (elapsed > kLongMotion) break;
     }
     return lines;
   }
@@ -174,7 +176,7 @@ class Runs {
 }  // namespace
 
 const std::vector<std::string>& self_case_names() {
-  static const std::vector<std::string> names = names_of(self_cases());
+  static const std::vector<std::string> names = case_names(self_cases());
   return names;
 }
 
@@ -183,26 +185,29 @@ void run_self(const SelfOptions& options) {
   Output out("self", options);
   out.facts = machine_facts(threads, options.on);
   std::string legend;
-  for (const SelfCase* of : chosen(options)) legend += formatted("%-8s ", of->name) + of->what + "\n";
+  for (const SelfCase* of : selected_cases(options)) legend += formatted("%-8s ", of->name) + of->what + "\n";
   out.print(
       legend +
       formatted(
-          "float; 10 substeps (crumple: 20) of 1 iteration. stack: %d steps of warm-up, then %d x %g s a line, taking "
-          "turns\n(over 500,000 particles: in turn). Others: the whole motion %d times, once where it takes over %g s. "
-          "Medians;\nns a particle and substep; bytes and pushes a particle; the most crossings after any step.\n",
+          "float; 10 substeps (crumple: 20) of 1 iteration. stack: %d steps of warm-up, then %d x %g s a line, in "
+          "turns\n(over 500,000 particles: one after the other). Others: the whole motion %d times, once if it takes "
+          "over "
+          "%g s.\nMedians; ns per particle and substep; bytes and contacts per particle; the most intersections after "
+          "any "
+          "step.\n",
           kWarmUp, options.repeats, options.seconds, options.repeats, kLongMotion) +
       machine_lines(out.facts, "") + kHead);
   Json all = Json::array();
   const auto measure = [&](const SelfCase& of, int n, const std::vector<int>& counts) {
-    for (const Json& row : Runs(of, n, options, out).rows(counts)) {
+    for (const Json& row : CaseRuns(of, n, options, out).rows(counts)) {
       all.push_back(row);
       out.print(printed(row));
     }
     out.write(all);
   };
-  for (const SelfCase* of : chosen(options))
+  for (const SelfCase* of : selected_cases(options))
     for (const int n : options.n.empty() ? of->n : sorted(options.n))
-      if (n <= kTogether)
+      if (n <= kMostTakingTurns)
         measure(*of, n, threads);
       else
         for (const int count : threads) measure(*of, n, {count});

@@ -9,7 +9,7 @@ namespace malha::study {
 
 namespace {
 
-/// "10x1", "1x10", "1, r = 4": substeps, iterations, refine.
+/// Substeps and iterations as "10x1" or "1x10", or of Desbrun's method substeps and refinements as "1, r = 4".
 std::string settings(const Method& method) {
   const SolverSpec& solver = method.solver;
   const std::string n = std::to_string(solver.substeps);
@@ -18,10 +18,10 @@ std::string settings(const Method& method) {
                               : n + ", r = " + std::to_string(solver.desbrun.refinement_iterations);
 }
 
-/// A row a time up to the method's last, where the run had got so far; otherwise one without errors.
-void add_rows(const AccuracyCase& of, const Method& method, const Truth& truth, const Json& cell, Json& rows) {
-  for (std::size_t k = 0; k < of.times.size() && of.times[k] <= method.release_time; ++k) {
-    Json row{{"case", of.name},
+/// Adds a row for each time up to the method's last. It has no errors where the run ended before.
+void add_rows(const AccuracyCase& test_case, const Method& method, const Truth& truth, const Json& cell, Json& rows) {
+  for (std::size_t k = 0; k < test_case.times.size() && test_case.times[k] <= method.end_time; ++k) {
+    Json row{{"case", test_case.name},
              {"series", method.series},
              {"settings", settings(method)},
              {"variant", method.variant},
@@ -32,8 +32,8 @@ void add_rows(const AccuracyCase& of, const Method& method, const Truth& truth, 
              {"refinement_iterations", method.solver.desbrun.refinement_iterations},
              {"key", method.key()},
              {"status", cell["status"]},
-             {"time_s", of.times[k]},
-             {"truth_known_to_m", truth.known[k]},
+             {"time_s", test_case.times[k]},
+             {"truth_known_to_m", truth.uncertainty[k]},
              {"rms_error_m", nullptr}};
     for (const auto& [name, value] : cell.items())
       if (name != "at" && name != "status") row[name] = value;
@@ -49,21 +49,23 @@ Findings run_accuracy(Cells& cells) {
   Findings findings;
   const std::vector<AccuracyCase> cases = accuracy_cases(cells.quick());
   int planned = order_cells(cells.quick());
-  for (const AccuracyCase& of : cases)
-    planned += static_cast<int>(accuracy_methods(of, cells.quick()).size()) + (of.exact ? 0 : 3);
+  for (const AccuracyCase& test_case : cases)
+    planned += static_cast<int>(accuracy_methods(test_case, cells.quick()).size()) + (test_case.exact ? 0 : 3);
   cells.plan(planned);
-  const auto add = [&](const AccuracyCase& of) {
-    const std::unique_ptr<System> system = system_of(of);
-    const Truth truth = truth_of(of, *system, cells);
-    for (const Method& method : accuracy_methods(of, cells.quick()))
-      add_rows(of, method, truth,
-               cells(of.name + ": " + method.key(), [&] { return accuracy_cell(of, *system, method, truth, cells); }),
+  const auto add = [&](const AccuracyCase& test_case) {
+    const std::unique_ptr<System> system = system_of(test_case);
+    const Truth truth = truth_of(test_case, *system, cells);
+    for (const Method& method : accuracy_methods(test_case, cells.quick()))
+      add_rows(test_case, method, truth,
+               cells(test_case.name + ": " + method.key(),
+                     [&] { return accuracy_cell(test_case, *system, method, truth, cells); }),
                findings.rows);
-    std::vector<Section> sections = accuracy_sections(of, truth, findings.rows);
-    sections[0].replays = accuracy_replays(of);
+    std::vector<Section> sections = accuracy_sections(test_case, truth, findings.rows);
+    sections[0].replays = accuracy_replays(test_case);
     findings.sections.insert(findings.sections.end(), sections.begin(), sections.end());
   };
-  for (const AccuracyCase& of : cases) cells.together([&] { add(of); });  // its errors need its truth
+  for (const AccuracyCase& test_case : cases)
+    cells.measure_together([&] { add(test_case); });  // its errors need its reference solution
   findings.sections.push_back(order_of_convergence(cells, findings.rows));
   return findings;
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Study "accuracy": work-precision diagrams. Each case is a body of springs whose true motion is known, in closed form
-// or from a Runge-Kutta run at a converged step; each method runs it at several costs.
+// Study "accuracy": work-precision diagrams. Each case is a body of springs or tetrahedra whose true motion is known in
+// closed form or from a Runge-Kutta run with a converged step; each method runs it at several costs.
 #pragma once
 #include "tools/study/study.h"
 

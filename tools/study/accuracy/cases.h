@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The cases of the study "accuracy".
+// Cases of the study "accuracy": scenes whose true motion or equilibrium is known.
 #pragma once
 #include <functional>
 #include <memory>
@@ -14,28 +14,28 @@ namespace malha::study {
 
 struct AccuracyCase {
   std::string name, title, what;
-  Scene scene;                                // its distance constraints have a compliance
-  std::vector<double> times{1, 5};            // s, at which errors are measured, whole frames
-  std::function<State(double t)> exact = {};  // in closed form; empty: a reference run
-  int reference = 0;                          // its substeps a frame
-  bool at_rest = false;                       // what is compared is where damped motion ends
-  bool taut = false;                          // its springs' energy at the start holds it, and is none of the motion's
-  bool tetrahedra = false;                    // not springs: the methods that know springs alone are left out
-  // The dearest that is run (0: none): substeps or iterations a frame of malha's sweeps, filter and dense filter (0:
-  // nor any other variant), refinements, and substeps of the integrators that are not malha's.
+  Scene scene;                                // distance constraints have a compliance
+  std::vector<double> times{1, 5};            // s, when errors are measured; whole frames
+  std::function<State(double t)> exact = {};  // the solution in closed form; empty: a reference run
+  int reference = 0;                          // substeps a frame of the reference run
+  bool at_rest = false;                       // compares the equilibrium that damped motion reaches
+  bool taut = false;                          // prestressed: the springs' initial energy does not count as motion's
+  bool tetrahedra = false;                    // solid elements: methods for springs only are left out
+  // Upper limits of the costs that are run (0: not run): substeps or iterations a frame of malha's sweeps, of the
+  // filter, and of the dense filter (0: no variant at all), refinements, and substeps of the other integrators.
   int sweeps = 1024, solves = 256, dense = 64, refine = 16, euler = 1024, rk4 = 256, newton = 16;
-  double newton_until = 1e9;  // s: what comes later is not run by Newton's method
-  double known = 0;           // m: how far the exact equilibrium is from that of the springs themselves
-  std::string expected = {};  // a sentence about the true motion
+  double newton_end_time = 1e9;     // s: how long Newton's method is run
+  double discretisation_error = 0;  // m: distance of the continuous equilibrium from that of the springs
+  std::string expected = {};        // a sentence about the true motion
 };
 
-/// Small ones alone where `quick`.
+/// All cases; only small ones if `quick`.
 std::vector<AccuracyCase> accuracy_cases(bool quick);
 
 /// The equations of motion of a case's scene.
-std::unique_ptr<System> system_of(const AccuracyCase& of);
+std::unique_ptr<System> system_of(const AccuracyCase& test_case);
 
-/// The scene with this solver. Not `compliant`: with constraints of stiffness 1.
-Scene with_solver(const AccuracyCase& of, const SolverSpec& solver, bool compliant);
+/// The case's scene with this solver. If not `compliant`, its constraints have stiffness 1.
+Scene with_solver(const AccuracyCase& test_case, const SolverSpec& solver, bool compliant);
 
 }  // namespace malha::study

@@ -19,20 +19,21 @@ int frames(double time) { return static_cast<int>(std::lround(time / kFrame)); }
 
 double rms(const Vector& a) { return a.norm() / std::sqrt(static_cast<double>(a.size())); }
 
-/// Advances by a frame at a time.
+/// A method that advances a state frame by frame.
 class Runner {
  public:
   virtual ~Runner() = default;
   virtual void frame() = 0;
   virtual State state() const = 0;
-  /// What a simulated second takes, in units of its own.
+  /// Adds the method's operation counts per simulated second.
   virtual void add_counts(Json& cell, int frames_run) const = 0;
 };
 
-class ByMalha : public Runner {
+class MalhaRunner : public Runner {
  public:
-  ByMalha(const AccuracyCase& of, const Method& method, const bench::RunsOn& on)
-      : simulation_(with_solver(of, method.solver, method.compliant), on.options(1, false)), solver_(method.solver) {}
+  MalhaRunner(const AccuracyCase& test_case, const Method& method, const bench::RunsOn& on)
+      : simulation_(with_solver(test_case, method.solver, method.compliant), on.simulation_options(1, false)),
+        solver_(method.solver) {}
   void frame() override { simulation_.step(); }
   State state() const override { return {flat(simulation_.positions()), flat(simulation_.velocities())}; }
   void add_counts(Json& cell, int) const override {
@@ -51,24 +52,24 @@ class ByMalha : public Runner {
   SolverSpec solver_;
 };
 
-class ByReference : public Runner {
+class ReferenceRunner : public Runner {
  public:
-  ByReference(const System& system, const Method& method)
+  ReferenceRunner(const System& system, const Method& method)
       : system_(system),
-        how_(method.integrator),
+        integrator_(method.integrator),
         substeps_(method.solver.substeps),
         state_(system.start),
-        newton_(how_ == Integrator::BackwardEuler
+        newton_(integrator_ == Integrator::BackwardEuler
                     ? std::make_unique<BackwardEuler>(dynamic_cast<const SpringSystem&>(system))
                     : nullptr) {}
   void frame() override {
     const double h = kFrame / substeps_;
     for (int k = 0; k < substeps_; ++k)
-      if (how_ == Integrator::ExplicitEuler)
+      if (integrator_ == Integrator::ExplicitEuler)
         explicit_euler(system_, h, state_);
-      else if (how_ == Integrator::SymplecticEuler)
+      else if (integrator_ == Integrator::SymplecticEuler)
         symplectic_euler(system_, h, state_);
-      else if (how_ == Integrator::Rk4)
+      else if (integrator_ == Integrator::Rk4)
         rk4(system_, h, state_);
       else
         newton_->step(h, state_);
@@ -76,23 +77,23 @@ class ByReference : public Runner {
   }
   State state() const override { return state_; }
   void add_counts(Json& cell, int frames_run) const override {
-    const bool implicit = how_ == Integrator::BackwardEuler;
+    const bool implicit = integrator_ == Integrator::BackwardEuler;
     const double sweeps = implicit ? static_cast<double>(newton_->solves()) / frames_run / kFrame
-                                   : substeps_ * (how_ == Integrator::Rk4 ? 4 : 1) / kFrame;
+                                   : substeps_ * (integrator_ == Integrator::Rk4 ? 4 : 1) / kFrame;
     cell["sweeps_per_s"] = sweeps;
     cell[implicit ? "factorisations_per_s" : "evaluations_per_s"] = sweeps;
   }
 
  private:
   const System& system_;
-  Integrator how_;
+  Integrator integrator_;
   int substeps_;
   State state_;
-  std::unique_ptr<BackwardEuler> newton_;  // if it is that
+  std::unique_ptr<BackwardEuler> newton_;  // null for other integrators
 };
 
 Json errors(const System& system, const State& state, const State& truth, double energy, double time) {
-  const Balance now = balance(system, state), then = balance(system, truth);
+  const ConservedQuantities now = conserved_quantities(system, state), then = conserved_quantities(system, truth);
   return {{"time_s", time},
           {"rms_error_m", rms_distance(state.x, truth.x)},
           {"rms_strain", rms(system.strains(state.x))},
@@ -102,24 +103,25 @@ Json errors(const System& system, const State& state, const State& truth, double
           {"angular_momentum_error_kg_m2_per_s", (now.angular_momentum - then.angular_momentum).norm()}};
 }
 
-double in_motion(const System& system, const State& state) {
-  const Balance b = balance(system, state);
+double kinetic_plus_elastic(const System& system, const State& state) {
+  const ConservedQuantities b = conserved_quantities(system, state);
   return b.kinetic + b.elastic;
 }
 
-/// Positions and velocities at the times, at `substeps` a frame, and the most energy in motion after any frame.
-/// `shake`: m, by which coordinates are off at the start.
-Json reference_run(const AccuracyCase& of, const System& system, int substeps, double shake, const Cells& cells) {
+/// Runs RK4 with `substeps` a frame. Returns the states at the case's times, and the largest kinetic plus elastic
+/// energy after any frame. `perturbation`: amplitude (m) that is added to the initial coordinates.
+Json reference_run(const AccuracyCase& test_case, const System& system, int substeps, double perturbation,
+                   const Cells& cells) {
   Json states = Json::array();
   State state = system.start;
   for (int k = 0; k < state.x.size(); ++k)
-    if (!system.pinned[k / 3]) state.x[k] += shake * std::sin(1.7 * k);
-  double energy = in_motion(system, state);
-  for (int frame = 1; frame <= frames(of.times.back()); ++frame) {
+    if (!system.pinned[k / 3]) state.x[k] += perturbation * std::sin(1.7 * k);
+  double energy = kinetic_plus_elastic(system, state);
+  for (int frame = 1; frame <= frames(test_case.times.back()); ++frame) {
     for (int k = 0; k < substeps; ++k) rk4(system, kFrame / substeps, state);
-    cells.go_on();
-    energy = std::max(energy, in_motion(system, state));
-    if (std::any_of(of.times.begin(), of.times.end(), [&](double t) { return frames(t) == frame; }))
+    cells.check_interrupt();
+    energy = std::max(energy, kinetic_plus_elastic(system, state));
+    if (std::any_of(test_case.times.begin(), test_case.times.end(), [&](double t) { return frames(t) == frame; }))
       states.push_back({{"x", numbers_of(state.x)}, {"v", numbers_of(state.v)}});
   }
   return {{"energy_j", energy}, {"states", states}};
@@ -133,53 +135,54 @@ std::vector<State> states_of(const Json& cell) {
 
 }  // namespace
 
-Truth truth_of(const AccuracyCase& of, const System& system, Cells& cells) {
+Truth truth_of(const AccuracyCase& test_case, const System& system, Cells& cells) {
   Truth truth;
   truth.omega = largest_frequency(system, system.start.x);
-  if (of.exact) {
-    for (const double t : of.times) truth.at.push_back(of.exact(t)), truth.known.push_back(of.known);
+  if (test_case.exact) {
+    for (const double t : test_case.times)
+      truth.at.push_back(test_case.exact(t)), truth.uncertainty.push_back(test_case.discretisation_error);
   } else {
-    const auto run = [&](int substeps, double shake = 0) {
-      const std::string key = of.name + " reference, RK4, " + std::to_string(substeps) + " substeps";
-      return cells(key + (shake > 0 ? bench::formatted(", from %g m off", shake) : ""),
-                   [&] { return reference_run(of, system, substeps, shake, cells); });
+    const auto run = [&](int substeps, double perturbation = 0) {
+      const std::string key = test_case.name + " reference, RK4, " + std::to_string(substeps) + " substeps";
+      return cells(key + (perturbation > 0 ? bench::formatted(", from %g m off", perturbation) : ""),
+                   [&] { return reference_run(test_case, system, substeps, perturbation, cells); });
     };
-    const std::vector<State> shaken = states_of(run(of.reference / 2, kShake));
-    const std::vector<State> coarse = states_of(run(of.reference / 2));
-    const Json fine = run(of.reference);
+    const std::vector<State> perturbed_difference = states_of(run(test_case.reference / 2, kPerturbation));
+    const std::vector<State> coarse = states_of(run(test_case.reference / 2));
+    const Json fine = run(test_case.reference);
     truth.at = states_of(fine), truth.energy = fine["energy_j"].get<double>();
     for (std::size_t k = 0; k < truth.at.size(); ++k) {
-      truth.halved.push_back(rms_distance(truth.at[k].x, coarse[k].x));
-      truth.shaken.push_back(rms_distance(shaken[k].x, coarse[k].x));
-      truth.known.push_back(std::max(truth.halved[k], truth.shaken[k]));
+      truth.step_difference.push_back(rms_distance(truth.at[k].x, coarse[k].x));
+      truth.perturbed_difference.push_back(rms_distance(perturbed_difference[k].x, coarse[k].x));
+      truth.uncertainty.push_back(std::max(truth.step_difference[k], truth.perturbed_difference[k]));
     }
   }
-  for (const State& state : truth.at) truth.energy = std::max(truth.energy, in_motion(system, state));
-  if (of.taut) truth.energy -= system.elastic_energy(system.start.x);
+  for (const State& state : truth.at) truth.energy = std::max(truth.energy, kinetic_plus_elastic(system, state));
+  if (test_case.taut) truth.energy -= system.elastic_energy(system.start.x);
   return truth;
 }
 
-Json accuracy_cell(const AccuracyCase& of, const System& system, const Method& method, const Truth& truth,
+Json accuracy_cell(const AccuracyCase& test_case, const System& system, const Method& method, const Truth& truth,
                    const Cells& cells) {
   Json cell{{"status", "finished"}};
   Json at = Json::array();
   std::vector<double> seconds_of;
   std::unique_ptr<Runner> runner;
-  const bool on_device = cells.on().device() && method.integrator == Integrator::Malha;
-  if (on_device) cell["backend"] = cells.on().backend;
+  const bool on_device = cells.runs_on().is_device() && method.integrator == Integrator::Malha;
+  if (on_device) cell["backend"] = cells.runs_on().backend;
   if (method.integrator == Integrator::Malha)
-    runner = std::make_unique<ByMalha>(of, method, cells.on());
+    runner = std::make_unique<MalhaRunner>(test_case, method, cells.runs_on());
   else
-    runner = std::make_unique<ByReference>(system, method);
+    runner = std::make_unique<ReferenceRunner>(system, method);
   int frame = 0;
   try {
-    for (std::size_t k = 0; k < of.times.size() && of.times[k] <= method.release_time; ++k) {
-      for (; frame < frames(of.times[k]); ++frame) {
+    for (std::size_t k = 0; k < test_case.times.size() && test_case.times[k] <= method.end_time; ++k) {
+      for (; frame < frames(test_case.times[k]); ++frame) {
         const auto step = [&] { runner->frame(); };
         seconds_of.push_back(on_device ? seconds(step) : thread_seconds(step));
-        cells.go_on();
+        cells.check_interrupt();
       }
-      at.push_back(errors(system, runner->state(), truth.at[k], truth.energy, of.times[k]));
+      at.push_back(errors(system, runner->state(), truth.at[k], truth.energy, test_case.times[k]));
     }
   } catch (const Diverged&) {
     cell["status"] = "diverged";

@@ -1,31 +1,32 @@
 // SPDX-License-Identifier: Apache-2.0
-// One cell of the study "accuracy": a method runs a case.
+// A cell of the study "accuracy": a method runs a case, and its errors are measured.
 #pragma once
 #include "tools/study/accuracy/methods.h"
 #include "tools/study/cells.h"
 
 namespace malha::study {
 
-/// What rounding of places of some metres adds up to, about.
-constexpr double kShake = 1e-14;  // m
+/// About the accumulated rounding error of positions of some metres.
+constexpr double kPerturbation = 1e-14;  // m
 
 /// The true motion of a case at its times.
 struct Truth {
-  std::vector<State> at;  // one a time
-  // m, RMS distances, 0 in closed form: of the same with twice the step to it, and to one that starts kShake off.
-  std::vector<double> halved, shaken;
-  std::vector<double> known;  // m: how well the true motion is known, the larger of both
-  double energy = 0;          // J in motion: the most of kinetic and elastic energy on the way
-  double omega = 0;           // rad/s: largest_frequency() at the start
+  std::vector<State> at;  // at each of the times
+  // RMS distances, m; empty in closed form: to the run with twice the step, and between that run and one whose start
+  // is perturbed by kPerturbation.
+  std::vector<double> step_difference, perturbed_difference;
+  std::vector<double> uncertainty;  // m, of the true motion: the larger of both
+  double energy = 0;                // J: the largest kinetic plus elastic energy during the motion
+  double omega = 0;                 // rad/s: largest_frequency() at the start
 };
 
-/// In closed form, or by RK4 in three cells.
-Truth truth_of(const AccuracyCase& of, const System& system, Cells& cells);
+/// The true motion in closed form, or by RK4 in three cells.
+Truth truth_of(const AccuracyCase& test_case, const System& system, Cells& cells);
 
-/// {status, ms_per_s, sweeps_per_s, ..., at: [{time_s, rms_error_m, ...}]}. Costs are those of a simulated second on
-/// one thread: the median frame's processor time, of a device its time by the clock, and counts that do not depend on
-/// the machine. A run that is no longer finite has the status "diverged", and no errors from there on.
-Json accuracy_cell(const AccuracyCase& of, const System& system, const Method& method, const Truth& truth,
+/// {status, ms_per_s, sweeps_per_s, ..., at: [{time_s, rms_error_m, ...}]}. Costs are per simulated second on one
+/// thread: the median processor time of a frame (wall time on a device), and counts that do not depend on the machine.
+/// A run that is no longer finite has the status "diverged", and no errors from then on.
+Json accuracy_cell(const AccuracyCase& test_case, const System& system, const Method& method, const Truth& truth,
                    const Cells& cells);
 
 }  // namespace malha::study

@@ -18,73 +18,73 @@ const char* name_of(Corrector corrector) {
   return corrector == Corrector::Inertia ? "inertia" : corrector == Corrector::Paper ? "paper" : "off";
 }
 
-class List {
+class MethodList {
  public:
-  List(const AccuracyCase& of, bool quick) : of_(of), factor_(quick ? 4 : 2) {}
+  MethodList(const AccuracyCase& test_case, bool quick) : test_case_(test_case), factor_(quick ? 4 : 2) {}
 
-  void of_projections() {
-    if (!of_.tetrahedra)
+  void add_projections() {
+    if (!test_case_.tetrahedra)
       for (const Precision precision : {Precision::Float, Precision::Double}) {
         Method method = xpbd(std::string("PBD, iterations, ") + name_of(precision), precision);
         method.compliant = false;
-        by_iterations(method, of_.sweeps / 4);
+        by_iterations(method, test_case_.sweeps / 4);
       }
-    by_substeps(xpbd("XPBD, substeps, float", Precision::Float), of_.sweeps);
-    by_substeps(xpbd("XPBD, substeps, double", Precision::Double), of_.sweeps);
-    by_iterations(xpbd("XPBD, iterations", Precision::Double), of_.sweeps);
+    by_substeps(xpbd("XPBD, substeps, float", Precision::Float), test_case_.sweeps);
+    by_substeps(xpbd("XPBD, substeps, double", Precision::Double), test_case_.sweeps);
+    by_iterations(xpbd("XPBD, iterations", Precision::Double), test_case_.sweeps);
     Method levels = xpbd("XPBD, substeps and levels, float", Precision::Float);
     levels.solver.levels = kAutoLevels;
-    if (has_levels(levels)) by_substeps(levels, of_.sweeps);
+    if (has_levels(levels)) by_substeps(levels, test_case_.sweeps);
   }
 
-  void of_filters() {
-    if (of_.tetrahedra) return;
-    by_substeps(desbrun("Desbrun, substeps"), of_.solves);
+  void add_filters() {
+    if (test_case_.tetrahedra) return;
+    by_substeps(desbrun("Desbrun, substeps"), test_case_.solves);
     Method refined = desbrun("Desbrun, refine, 1 substep");
     refined.solver.desbrun.corrector = Corrector::Off;
     by_refine(refined);
     refined.series = "Desbrun, refine, 16 substeps", refined.solver.substeps = 16;
     by_refine(refined);
-    if (of_.scene.gravity != Vec3{} && !of_.at_rest) {
+    if (test_case_.scene.gravity != Vec3{} && !test_case_.at_rest) {
       Method method = desbrun("Desbrun, gravity round the filter");
       method.solver.desbrun.filter_external_forces = false;
-      by_substeps(method, of_.solves);
+      by_substeps(method, test_case_.solves);
     }
   }
 
-  /// Those that show the filters' storage or the corrector, in a chart of their own.
-  void of_variants() {
-    if (of_.tetrahedra || of_.exact || of_.dense == 0) return;
-    if (of_.scene.bodies[0].pins.empty())
+  /// Adds variants of the filter's storage and of the corrector, which have a chart of their own.
+  void add_variants() {
+    if (test_case_.tetrahedra || test_case_.exact || test_case_.dense == 0) return;
+    if (test_case_.scene.bodies[0].pins.empty())
       for (const Corrector corrector : {Corrector::Inertia, Corrector::Paper, Corrector::Off}) {
         Method method = desbrun(std::string("Desbrun, corrector ") + name_of(corrector));
         method.solver.desbrun.corrector = corrector, method.variant = true;
-        by_substeps(method, of_.solves);
+        by_substeps(method, test_case_.solves);
       }
     for (const Storage storage : {Storage::Float, Storage::Double, Storage::Int16}) {
       Method method = desbrun(std::string("Desbrun, dense, ") + name_of(storage));
       if (storage != Storage::Double) method.solver.precision = Precision::Float;
       method.solver.desbrun.filter = FilterKind::Dense, method.solver.desbrun.storage = storage, method.variant = true;
-      by_substeps(method, of_.dense);
+      by_substeps(method, test_case_.dense);
     }
     Method method = desbrun("Desbrun, sparse, float");
     method.solver.precision = Precision::Float, method.variant = true;
-    by_substeps(method, of_.solves);
+    by_substeps(method, test_case_.solves);
   }
 
-  void of_others() {
-    if (of_.at_rest) return;
+  void add_other_integrators() {
+    if (test_case_.at_rest) return;
     Method method;
     method.solver.precision = Precision::Double;
     method.series = "explicit Euler", method.integrator = Integrator::ExplicitEuler;
-    by_substeps(method, of_.euler);
+    by_substeps(method, test_case_.euler);
     method.series = "symplectic Euler", method.integrator = Integrator::SymplecticEuler;
-    by_substeps(method, of_.euler);
+    by_substeps(method, test_case_.euler);
     method.series = "RK4", method.integrator = Integrator::Rk4;
-    by_substeps(method, of_.rk4);
+    by_substeps(method, test_case_.rk4);
     method.series = "backward Euler, Newton", method.integrator = Integrator::BackwardEuler;
-    method.release_time = of_.newton_until;
-    if (!of_.tetrahedra) by_substeps(method, of_.newton);
+    method.end_time = test_case_.newton_end_time;
+    if (!test_case_.tetrahedra) by_substeps(method, test_case_.newton);
   }
 
   std::vector<Method> all() && { return std::move(all_); }
@@ -97,7 +97,7 @@ class List {
     return method;
   }
   bool has_levels(const Method& method) const {
-    const Scene scene = with_solver(of_, method.solver, method.compliant);
+    const Scene scene = with_solver(test_case_, method.solver, method.compliant);
     return !Simulation(scene, {.threads = 1}).solver().facts().levels.empty();
   }
   static Method desbrun(const std::string& series) {
@@ -112,11 +112,11 @@ class List {
     for (int n = 1; n <= most; n *= factor_) method.solver.iterations = n, all_.push_back(method);
   }
   void by_refine(Method method) {
-    for (int r = 0; r <= of_.refine; r = std::max(1, 2 * r))
+    for (int r = 0; r <= test_case_.refine; r = std::max(1, 2 * r))
       method.solver.desbrun.refinement_iterations = r, all_.push_back(method);
   }
 
-  const AccuracyCase& of_;
+  const AccuracyCase& test_case_;
   int factor_;
   std::vector<Method> all_;
 };
@@ -138,12 +138,12 @@ std::string Method::key() const {
   return key;
 }
 
-std::vector<Method> accuracy_methods(const AccuracyCase& of, bool quick) {
-  List list(of, quick);
-  list.of_projections();
-  list.of_filters();
-  list.of_variants();
-  list.of_others();
+std::vector<Method> accuracy_methods(const AccuracyCase& test_case, bool quick) {
+  MethodList list(test_case, quick);
+  list.add_projections();
+  list.add_filters();
+  list.add_variants();
+  list.add_other_integrators();
   return std::move(list).all();
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The methods of the study "accuracy", each at several costs.
+// Methods of the study "accuracy", each at several costs.
 #pragma once
 #include <string>
 #include <vector>
@@ -11,16 +11,16 @@ namespace malha::study {
 enum class Integrator { Malha, ExplicitEuler, SymplecticEuler, Rk4, BackwardEuler };
 
 struct Method {
-  std::string series;  // as legends name it; what a series varies is said in it
+  std::string series;  // name in legends, which says what varies within the series
   Integrator integrator = Integrator::Malha;
-  SolverSpec solver;          // of malha; its substeps a frame are those of all
-  bool compliant = true;      // otherwise PBD of stiffness 1
-  bool variant = false;       // in the chart of filters alone
-  double release_time = 1e9;  // s: what comes later is not run
-  std::string key() const;    // all of it in words
+  SolverSpec solver;        // of malha; its substeps a frame hold for all integrators
+  bool compliant = true;    // false: PBD of stiffness 1
+  bool variant = false;     // appears only in the chart of filters
+  double end_time = 1e9;    // s: how long the method is run
+  std::string key() const;  // the whole method in words
 };
 
-/// All that a case is run with, series by series, each from cheap to dear.
-std::vector<Method> accuracy_methods(const AccuracyCase& of, bool quick);
+/// All methods that run a case, series by series, each in order of increasing cost.
+std::vector<Method> accuracy_methods(const AccuracyCase& test_case, bool quick);
 
 }  // namespace malha::study

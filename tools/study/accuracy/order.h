@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// Of the study "accuracy": how the error of a hung sheet falls with the substeps.
+// Part of the study "accuracy": order of convergence of a hanging sheet over its substeps.
 #pragma once
 #include "tools/study/study.h"
 
 namespace malha::study {
 
-/// How many cells that makes.
+/// The number of cells of order_of_convergence().
 int order_cells(bool quick);
 
-/// A sheet of edges and both diagonals that hangs by a row, let go from the horizontal, against the exact motion of a
-/// chain of its rows (tools/study/reference/chain.h), by sweeps and by converged substeps.
+/// Compares a sheet of edges and both diagonals, pinned at a row and released from the horizontal, with the exact
+/// motion of a chain of its rows (tools/study/reference/chain.h), by sweeps and by converged substeps.
 Section order_of_convergence(Cells& cells, Json& rows);
 
 }  // namespace malha::study

@@ -9,10 +9,10 @@
 
 namespace malha::study {
 
-std::vector<Point> points_at(const Json& rows, const std::string& of, double time) {
+std::vector<Point> points_at(const Json& rows, const std::string& case_name, double time) {
   std::vector<Point> points;
   for (const Json& row : rows) {
-    if (row["case"] != of || row["time_s"] != time || row["rms_error_m"].is_null()) continue;
+    if (row["case"] != case_name || row["time_s"] != time || row["rms_error_m"].is_null()) continue;
     points.push_back({row["series"].get<std::string>(), row["settings"].get<std::string>(), row["ours"].get<bool>(),
                       row["variant"].get<bool>(), row["ms_per_s"].get<double>(), row["sweeps_per_s"].get<double>(),
                       row["rms_error_m"].get<double>(), row["energy_drift"].get<double>(),
@@ -22,10 +22,10 @@ std::vector<Point> points_at(const Json& rows, const std::string& of, double tim
   return points;
 }
 
-const Point* cheapest(const std::vector<Point>& points, double error, double Point::*cost, bool ours_alone) {
+const Point* cheapest(const std::vector<Point>& points, double error, double Point::*cost, bool malha_only) {
   const Point* best = nullptr;
   for (const Point& point : points)
-    if (point.error <= error && (point.ours || !ours_alone) && (best == nullptr || point.*cost < best->*cost))
+    if (point.error <= error && (point.is_malha || !malha_only) && (best == nullptr || point.*cost < best->*cost))
       best = &point;
   return best;
 }

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// What of the study "accuracy" is worth watching.
+// Replays of the study "accuracy".
 #pragma once
 #include "tools/study/accuracy/cases.h"
 #include "tools/study/study.h"
 
 namespace malha::study {
 
-/// Of the small sheet: few substeps and many beside the truth. Of the free body: a corrector that diverges beside one
-/// that does not. Of other cases none.
-std::vector<Replay> accuracy_replays(const AccuracyCase& of);
+/// Replays of a case: of the small sheet few substeps and many beside the reference, of the free body a corrector that
+/// diverges beside one that does not, and none of other cases.
+std::vector<Replay> accuracy_replays(const AccuracyCase& test_case);
 
 }  // namespace malha::study

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the study "accuracy" says about a case: its charts, each with sentences and a table.
+// Sections of the study "accuracy" about a case: charts, each with sentences and a table.
 #pragma once
 #include "tools/study/accuracy/cell.h"
 #include "tools/study/study.h"
 
 namespace malha::study {
 
-/// `rows`: of all cases. Error over time spent, error over sweeps, and where they were run the variants of Desbrun's
-/// filter.
-std::vector<Section> accuracy_sections(const AccuracyCase& of, const Truth& truth, const Json& rows);
+/// Error over time, error over sweeps, and variants of Desbrun's filter if they were run. `rows`: of all cases.
+std::vector<Section> accuracy_sections(const AccuracyCase& test_case, const Truth& truth, const Json& rows);
 
 }  // namespace malha::study

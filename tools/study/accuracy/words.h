@@ -9,36 +9,37 @@
 
 namespace malha::study {
 
-/// m, by which halving a step that is converged before changes a motion that is chaotic.
+/// Uncertainty (m) above which a motion counts as chaotic or its reference as not converged.
 constexpr double kChaotic = 1e-3;
 
-std::string truth_sentence(const AccuracyCase& of, const Truth& truth);
+std::string truth_sentence(const AccuracyCase& test_case, const Truth& truth);
 
-/// "1e-2 m: A (2x1, 0.3 ms); ...": who is the cheapest, each with the least power of ten of an error for which it is.
-/// `known`: how well the true motion is known, m; below there is nothing to say.
-std::string cheapest_list(const Points& points, double known, double Point::*cost, const char* unit, bool ours_alone);
+/// "1e-2 m: A (2x1, 0.3 ms); ...": the cheapest points, each with the smallest power of ten of the error for which it
+/// is the cheapest. `uncertainty`: of the true motion, m; smaller errors are left out.
+std::string cheapest_list(const Points& points, double uncertainty, double Point::*cost, const char* unit,
+                          bool malha_only);
 
-/// A row for each power of ten that any method reaches.
-Table cheapest_table(const Points& points, double known);
+/// The cheapest methods for each power of ten of the error that any method reaches.
+Table cheapest_table(const Points& points, double uncertainty);
 
-/// How the error of each series falls with its sweeps; empty where none does so regularly.
+/// The orders at which the errors of the series fall with their sweeps; empty if none falls regularly.
 std::string orders_sentence(const Points& points);
 
-/// The least error of each series, and what it does to the energy.
+/// The smallest error of each series, and its energy drift.
 std::string best_sentence(const Points& points);
 
-/// Where more substeps make float worse; empty where they do not.
+/// The number of substeps beyond which float gets worse; empty if it does not.
 std::string float_sentence(const Points& points);
 
-/// The errors of momentum and angular momentum of each series at its dearest.
+/// The errors of momentum and angular momentum of each series at its highest cost.
 std::string momenta_sentence(const Points& points, double time);
 
-/// What explicit Euler makes of the energy, beside symplectic Euler; empty where it was not run or always diverged.
+/// The energy drift of explicit Euler beside that of symplectic Euler; empty if it was not run or always diverged.
 std::string growth_sentence(const Points& points, double time);
 
-std::string diverged_sentence(const AccuracyCase& of, const Json& rows);
+std::string diverged_sentence(const AccuracyCase& test_case, const Json& rows);
 
-/// Every run: errors at each time, what was kept, what it cost.
-Table runs_table(const AccuracyCase& of, const Json& rows);
+/// All runs of a case: errors at each time, energy and momenta, and costs.
+Table runs_table(const AccuracyCase& test_case, const Json& rows);
 
 }  // namespace malha::study

@@ -18,10 +18,10 @@ namespace {
 
 constexpr int kBefore = 30, kMeasured = 20;  // steps
 
-/// One of the scenes, run through the measured time again and again.
-class Side {
+/// One of the scenes, which is run through the measured period repeatedly.
+class SceneRun {
  public:
-  Side(const Scene& scene) : scene_(scene) {}
+  SceneRun(const Scene& scene) : scene_(scene) {}
 
   void start() {
     simulation_.emplace(scene_, SimulationOptions{.threads = 1});
@@ -38,7 +38,7 @@ class Side {
 
   const std::vector<double>& ms() const { return ms_; }
 
-  /// Takes one step more, to see what it launches.
+  /// Times, bytes and launches of the scene. Runs one more step to record its launches.
   Json facts() {
     Json passes = Json::object(), bytes = Json::object(), launches = Json::array();
     const double median = bench::median(ms_), all = std::accumulate(passes_.begin(), passes_.end(), 0.0);
@@ -50,7 +50,7 @@ class Side {
       launches.push_back({{"kernel", kernel}, {"launches", times}, {"items", items}});
     for (const auto& [owner, count] : memory_parts(simulation_->model(), simulation_->solver().facts()))
       bytes[owner] = count;
-    bytes.emplace("levels", 0.0);  // where there are none
+    bytes.emplace("levels", 0.0);  // if there are none
     return {{"particles", simulation_->positions().size()},
             {"ms_a_step", median},
             {"passes_ms", passes},
@@ -68,25 +68,25 @@ class Side {
 }  // namespace
 
 Json parsimony_cell(const std::vector<Scene>& scenes, const Cells& cells) {
-  std::vector<Side> sides(scenes.begin(), scenes.end());
+  std::vector<SceneRun> runs(scenes.begin(), scenes.end());
   const int rounds = cells.quick() ? 1 : 12;
-  constexpr double enough = 0.5;  // s, a scene
+  constexpr double enough = 0.5;  // s per scene
   double spent = 0;
-  for (int round = 0; round < rounds && spent < enough * static_cast<double>(sides.size()); ++round) {
-    for (Side& side : sides) side.start();
+  for (int round = 0; round < rounds && spent < enough * static_cast<double>(runs.size()); ++round) {
+    for (SceneRun& run : runs) run.start();
     for (int step = 0; step < kMeasured; ++step)
-      for (Side& side : sides) {
-        cells.go_on();
-        side.step();
-        spent += side.ms().back() / 1000;
+      for (SceneRun& run : runs) {
+        cells.check_interrupt();
+        run.step();
+        spent += run.ms().back() / 1000;
       }
-    for (Side& side : sides) side.stop();
+    for (SceneRun& run : runs) run.stop();
   }
   Json all = Json::array();
-  for (std::size_t k = 0; k < sides.size(); ++k) {
-    std::vector<double> added = sides[k].ms();
-    for (std::size_t step = 0; step < added.size(); ++step) added[step] -= sides[k > 0 ? k - 1 : 0].ms()[step];
-    all.push_back(sides[k].facts());
+  for (std::size_t k = 0; k < runs.size(); ++k) {
+    std::vector<double> added = runs[k].ms();
+    for (std::size_t step = 0; step < added.size(); ++step) added[step] -= runs[k > 0 ? k - 1 : 0].ms()[step];
+    all.push_back(runs[k].facts());
     all.back()["added_ms"] = bench::median(added);
   }
   return all;

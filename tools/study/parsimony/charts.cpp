@@ -11,7 +11,7 @@ using bench::formatted;
 
 std::string quoted(const std::string& name) { return "'" + name + "'"; }
 
-/// A bar beside row k, as gnuplot's boxxyerror takes it, and how it is filled.
+/// A horizontal bar at row k, as data of gnuplot's boxxyerror.
 std::string bar(std::size_t k, double x, double from, double to) {
   return formatted("%g %zu %g %g %g %g\n", x, k, from, to, static_cast<double>(k) - 0.35,
                    static_cast<double>(k) + 0.35);
@@ -20,7 +20,7 @@ std::string filled(const std::string& colour) {
   return "with boxxyerror fs solid 0.8 noborder lc rgb '" + colour + "'";
 }
 
-/// Passes that are drawn as one.
+/// A group of passes that is drawn as one bar.
 struct Layer {
   const char* title;
   std::vector<const char*> passes;
@@ -39,7 +39,7 @@ const std::vector<Layer>& layers() {
 
 }  // namespace
 
-std::string names(const Json& rows) {
+std::string feature_tics(const Json& rows) {
   std::string tics;
   for (std::size_t k = 0; k < rows.size(); ++k)
     tics += (k == 0 ? "" : ", ") + quoted(text(rows[k], "feature")) + " " + std::to_string(k);
@@ -47,8 +47,8 @@ std::string names(const Json& rows) {
          formatted("set yrange [%g:-0.7]\n", static_cast<double>(rows.size()) - 0.3);
 }
 
-bench::Series bars(const Json& rows, const std::string& key, double scale, double from, const std::string& colour,
-                   const std::string& title) {
+bench::Series feature_bars(const Json& rows, const std::string& key, double scale, double from,
+                           const std::string& colour, const std::string& title) {
   std::string data;
   for (std::size_t k = 0; k < rows.size(); ++k)
     if (const double value = number(rows[k], key) * scale; value > from) data += bar(k, value, from, value);
@@ -60,7 +60,8 @@ Chart ladder_chart(const Json& ladder) {
   const Json last = rungs.back();
   rungs.erase(rungs.size() - 1);
   std::vector<double> from(rungs.size(), 0);
-  Chart chart{"ladder", names(rungs) + "set xlabel 'ms a step'\nset title 'A cloth that is asked for more and more (" +
+  Chart chart{"ladder", feature_tics(rungs) +
+                            "set xlabel 'ms a step'\nset title 'A cloth with more and more features (" +
                             text(last, "feature") +
                             formatted(": %.3g ms, off the chart)'\n", number(last, "ms_a_step")) + "set xrange [0:]\n"};
   for (const Layer& layer : layers()) {

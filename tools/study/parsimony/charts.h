@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lying bars, a row of the study "parsimony" each.
+// Bar charts of the study "parsimony": a horizontal bar per row.
 #pragma once
 #include <string>
 
@@ -8,14 +8,14 @@
 
 namespace malha::study {
 
-/// gnuplot's settings of the rows' features beside the bars, the first on top.
-std::string names(const Json& rows);
+/// gnuplot settings that write the rows' features beside the bars, the first on top.
+std::string feature_tics(const Json& rows);
 
-/// A number of each row as bars that begin at `from`; where it is less there is no bar. `title`: "" for none.
-bench::Series bars(const Json& rows, const std::string& key, double scale, double from, const std::string& colour,
-                   const std::string& title);
+/// Bars from `from` to a number of each row; smaller numbers have no bar. `title`: "" for none.
+bench::Series feature_bars(const Json& rows, const std::string& key, double scale, double from,
+                           const std::string& colour, const std::string& title);
 
-/// The time of each rung by pass; the last, next to which all others would be as nothing, is in words alone.
+/// The time of each rung by pass. The last rung, which would dwarf all others, is only named in the title.
 Chart ladder_chart(const Json& ladder);
 
 }  // namespace malha::study

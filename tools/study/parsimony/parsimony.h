@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// The study "parsimony": no more than a scene needs, measured.
+// Study "parsimony": the costs that each feature adds to a scene.
 #pragma once
 #include "tools/study/study.h"
 
 namespace malha::study {
 
-/// Rows: a feature each, added to the least scene that can have it ("kind": "single"), and the rungs of a ladder
-/// ("ladder"), with times, bytes and launches.
+/// Rows with times, bytes and launches: one for each feature, added to the smallest scene that can have it ("kind":
+/// "single"), and one for each rung of a ladder of features ("ladder").
 Findings run_parsimony(Cells& cells);
 
 }  // namespace malha::study

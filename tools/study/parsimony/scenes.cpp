@@ -22,12 +22,12 @@ Scene scene_with(Shape shape, double mass, std::vector<ConstraintSpec> constrain
   body.name = "body", body.shape = std::move(shape), body.mass = mass, body.constraints = std::move(constraints);
   Scene scene;
   scene.file = "malha study", scene.name = "parsimony", scene.gravity = {0, -9.81, 0};
-  scene.solver.levels = 0;  // a feature like others, to be added
+  scene.solver.levels = 0;  // levels are one of the features to be added
   scene.bodies = {std::move(body)};
   return scene;
 }
 
-/// Held by one side, it swings down from the level.
+/// A cloth that is pinned at one side and swings down from the horizontal.
 Scene cloth(int cells, std::vector<ConstraintSpec> constraints) {
   Scene scene = scene_with(GridShape{{1, 1}, {cells, cells}}, 0.2, std::move(constraints));
   scene.bodies[0].pins = {RowPin{}};
@@ -56,7 +56,7 @@ ConstraintSpec neo_hookean() {
   return spec;
 }
 
-/// A ball, in the way of the cloth or far below it.
+/// Adds a ball below the cloth; at y = -5 it is out of reach.
 Change ball(double y, double friction) {
   return [=](Scene& scene) {
     EnvironmentSpec ball;
@@ -77,7 +77,7 @@ Change wind(double drag, double density) {
 
 void move_pins(Scene& scene) { scene.bodies[0].pins[0].motion = {{0, {0, 0, 0}}, {10, {0, 0, 1}}}; }
 
-/// The last row, to where it is at the start.
+/// Attaches the last row to its initial position.
 void attach(Scene& scene) {
   Attachment attachment;
   attachment.at = RowPin{true}, attachment.compliance = 0.1;
@@ -85,9 +85,9 @@ void attach(Scene& scene) {
 }
 
 void damp(Scene& scene) { scene.bodies[0].damping = 0.05; }
-void sleep(Scene& scene) { scene.sleep = Sleep{1e-9, 0.5}; }  // so calm it never gets: the watch alone
+void sleep(Scene& scene) { scene.sleep = Sleep{1e-9, 0.5}; }  // never reached: only the checks cost time
 void sleep_at_once(Scene& scene) { scene.sleep = Sleep{1e9, 0}; }
-void tear(Scene& scene) { scene.bodies[0].tear = Tear{1e6}; }  // it never does: the look alone
+void tear(Scene& scene) { scene.bodies[0].tear = Tear{1e6}; }  // never reached: only the checks cost time
 void in_double(Scene& scene) { scene.solver.precision = Precision::Double; }
 
 void collide_with_itself(Scene& scene) {
@@ -109,15 +109,16 @@ Change desbrun(int refine) {
   };
 }
 
-Demand demand(const std::string& feature, const std::string& base, const Scene& without, const Change& change) {
-  Demand of{feature, base, without, without};
-  change(of.with);
-  return of;
+FeatureCase make_feature_case(const std::string& feature, const std::string& base, const Scene& without,
+                              const Change& change) {
+  FeatureCase feature_case{feature, base, without, without};
+  change(feature_case.with);
+  return feature_case;
 }
 
 }  // namespace
 
-std::vector<Demand> single_demands(bool quick) {
+std::vector<FeatureCase> single_features(bool quick) {
   const int cells = quick ? 31 : 99;
   const Scene loose = cloth(cells, {}), plain = cloth(cells, {kind("distance")});
   const Scene closed = scene_with(SphereShape{0.5, quick ? 3 : 5}, 0.5, {kind("distance")});
@@ -129,10 +130,10 @@ std::vector<Demand> single_demands(bool quick) {
   Scene flying = plain;
   flying.bodies[0].pins.clear();
   const auto with = [](const std::string& feature, const Change& change, const Scene& base, const char* name) {
-    return demand(feature, name, base, change);
+    return make_feature_case(feature, name, base, change);
   };
   const auto to_cloth = [&](const std::string& feature, const Change& change) {
-    return demand(feature, "cloth", plain, change);
+    return make_feature_case(feature, "cloth", plain, change);
   };
   return {
       to_cloth("nothing", [](Scene&) {}),
@@ -169,24 +170,24 @@ std::vector<Demand> single_demands(bool quick) {
   };
 }
 
-std::vector<Demand> ladder_of_demands(bool quick) {
+std::vector<FeatureCase> feature_ladder(bool quick) {
   Scene scene = cloth(quick ? 31 : 99, {});
-  std::vector<Demand> rungs;
-  const auto climb = [&](const std::string& feature, const Change& change) {
-    rungs.push_back(demand(feature, rungs.empty() ? "particles" : rungs.back().feature, scene, change));
+  std::vector<FeatureCase> rungs;
+  const auto add_rung = [&](const std::string& feature, const Change& change) {
+    rungs.push_back(make_feature_case(feature, rungs.empty() ? "particles" : rungs.back().feature, scene, change));
     scene = rungs.back().with;
   };
-  climb("distance", add(kind("distance")));
-  climb("+ bending", add(kind("bending", 0.1)));
-  climb("+ air on faces", wind(0, 1.2));
-  climb("+ damping", damp);
-  climb("+ long_range", add(long_range()));
-  climb("+ moved pins", move_pins);
-  climb("+ attachments", attach);
-  climb("+ environment", ball(-0.296, 0));
-  climb("+ friction", ball(-0.296, 0.5));
-  climb("+ sleep", sleep);
-  climb("+ self-collision", collide_with_itself);
+  add_rung("distance", add(kind("distance")));
+  add_rung("+ bending", add(kind("bending", 0.1)));
+  add_rung("+ air on faces", wind(0, 1.2));
+  add_rung("+ damping", damp);
+  add_rung("+ long_range", add(long_range()));
+  add_rung("+ moved pins", move_pins);
+  add_rung("+ attachments", attach);
+  add_rung("+ environment", ball(-0.296, 0));
+  add_rung("+ friction", ball(-0.296, 0.5));
+  add_rung("+ sleep", sleep);
+  add_rung("+ self-collision", collide_with_itself);
   return rungs;
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The scenes of the study "parsimony": what a feature is added to, and the scene with it.
+// Scenes of the study "parsimony": pairs of scenes without and with a feature.
 #pragma once
 #include <string>
 #include <vector>
@@ -8,18 +8,18 @@
 
 namespace malha::study {
 
-/// A scene, and the same without one feature.
-struct Demand {
+/// A scene with a feature, and the same scene without it.
+struct FeatureCase {
   std::string feature;  // "air on faces"
   std::string base;     // "cloth"
   Scene without, with;
 };
 
-/// Each feature alone, added to the least scene that can have it. The first adds nothing: how far the times of one and
-/// the same scene lie apart.
-std::vector<Demand> single_demands(bool quick);
+/// Each feature alone, added to the smallest scene that can have it. The first one adds nothing, and shows by how much
+/// the times of the same scene differ.
+std::vector<FeatureCase> single_features(bool quick);
 
-/// One cloth that is asked for more and more: every rung has all features of those before it.
-std::vector<Demand> ladder_of_demands(bool quick);
+/// A cloth with more and more features: every rung has all features of the rungs before it.
+std::vector<FeatureCase> feature_ladder(bool quick);
 
 }  // namespace malha::study

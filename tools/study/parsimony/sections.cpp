@@ -23,7 +23,7 @@ Json of_kind(const Json& rows, const char* kind) {
 
 std::string or_none(const std::string& list) { return list.empty() ? "none" : list; }
 
-/// Of the feature that adds nothing: how far the times of one and the same scene lie apart, in percent.
+/// Difference of the times of the same scene in percent, from the feature that adds nothing.
 double noise(const Json& single) { return std::abs(number(single[0], "added_percent")); }
 
 Section time_section(const Json& single) {
@@ -31,7 +31,7 @@ Section time_section(const Json& single) {
   const double whole = number(single[0], "ms_a_step_without");
   section.sentences.push_back(
       formatted("A cloth of %.0f particles with distances along its edges takes %.3g ms a step (10 substeps of 1 "
-                "iteration, one thread, processor time); the same scene beside itself, in turns, differs by %.2g %%.",
+                "iteration, one thread, processor time); two simulations of this scene, in turns, differ by %.2g %%.",
                 number(single[0], "particles"), whole, noise(single)));
   std::vector<Json> sorted(single.begin(), single.end());
   std::stable_sort(sorted.begin(), sorted.end(), [](const Json& a, const Json& b) {
@@ -40,17 +40,17 @@ Section time_section(const Json& single) {
   const auto list = [&](bool cheap) {
     return or_none(listed(sorted, [&](const Json& row) {
       const double percent = number(row, "added_percent");
-      const bool said = row["feature"] != "nothing" && (cheap ? percent < 10 : percent > 200);
-      return said ? text(row, "feature") + formatted(" %+.0f %%", percent) : "";
+      const bool summary = row["feature"] != "nothing" && (cheap ? percent < 10 : percent > 200);
+      return summary ? text(row, "feature") + formatted(" %+.0f %%", percent) : "";
     }));
   };
-  section.sentences.push_back("Less than a tenth of the scene that it is added to: " + list(true) + ".");
-  section.sentences.push_back("More than twice that scene: " + list(false) + ".");
+  section.sentences.push_back("Features that add less than a tenth of the scene's time: " + list(true) + ".");
+  section.sentences.push_back("Features that add more than twice the scene's time: " + list(false) + ".");
   section.chart =
       Chart{"time",
-            names(single) + "set logscale x\nset format x '%g'\nset xlabel 'added ms a step'\n" +
+            feature_tics(single) + "set logscale x\nset format x '%g'\nset xlabel 'added ms a step'\n" +
                 "set title 'Each feature alone: time added to a step'\n" + formatted("set xrange [%g:]\n", whole / 100),
-            {bars(single, "added_ms", 1, whole / 100, "#0072b2", "added"),
+            {feature_bars(single, "added_ms", 1, whole / 100, "#0072b2", "added"),
              {formatted("%g %g\n%g %g\n", whole, -0.7, whole, static_cast<double>(single.size()) - 0.3),
               "with lines lw 2 dt 2 lc rgb '#d55e00'", "the whole step of the cloth"}}};
   section.table.columns = {"feature", "added to", "particles", "ms without", "ms with", "added ms", "added %"};
@@ -72,18 +72,19 @@ Section memory_section(const Json& single) {
     const double bytes = number(single[0], std::string(owner) + "_bytes");
     return bytes > 0 ? owner + formatted(" %.3g", bytes / particles) : "";
   });
-  section.sentences.push_back("Bytes a particle of the cloth with distances alone: " + line +
-                              ". Embree's own are not counted.");
+  section.sentences.push_back("Bytes a particle of the cloth with distance constraints only: " + line +
+                              ". Memory that Embree allocates is not counted.");
   Json scaled = single;
   for (Json& row : scaled) row["added_a_particle"] = number(row, "added_bytes") / number(row, "particles");
   const std::string nothing = listed(single, [](const Json& row) {
     return number(row, "added_bytes") == 0 && row["feature"] != "nothing" ? text(row, "feature") : "";
   });
-  section.sentences.push_back("Not a byte is added by: " + or_none(nothing) + ".");
-  section.chart = Chart{"memory",
-                        names(single) + "set logscale x\nset format x '%g'\nset xlabel 'added bytes a particle'\n" +
-                            "set title 'Each feature alone: memory added'\nset xrange [0.01:]\n",
-                        {bars(scaled, "added_a_particle", 1, 0.01, "#009e73", "")}};
+  section.sentences.push_back("Features that add no memory: " + or_none(nothing) + ".");
+  section.chart =
+      Chart{"memory",
+            feature_tics(single) + "set logscale x\nset format x '%g'\nset xlabel 'added bytes a particle'\n" +
+                "set title 'Each feature alone: memory added'\nset xrange [0.01:]\n",
+            {feature_bars(scaled, "added_a_particle", 1, 0.01, "#009e73", "")}};
   section.table.columns = {"feature", "added to", "added bytes a particle", "of them"};
   for (const Json& row : scaled) {
     const std::string owners = listed(kOwners, [&](const char* owner) {
@@ -98,8 +99,8 @@ Section memory_section(const Json& single) {
 
 Section launch_section(const Json& single) {
   Section section{"What each feature launches"};
-  section.sentences.push_back("The cloth with distances alone launches in a step: " + text(single[0], "kernels") +
-                              ", and nothing else.");
+  section.sentences.push_back("The cloth with distance constraints only launches in a step: " +
+                              text(single[0], "kernels") + ", and nothing else.");
   const auto list = [&](bool (*says)(const std::string& added)) {
     return or_none(listed(single, [&](const Json& row) {
       return row["feature"] != "nothing" && says(text(row, "kernels_added")) ? text(row, "feature") : "";
@@ -107,10 +108,10 @@ Section launch_section(const Json& single) {
   };
   const auto same = [](const std::string& added) { return added.empty(); };
   const auto split = [](const std::string& added) { return (", " + added).find(", Predict<") != std::string::npos; };
-  section.sentences.push_back("No launch is added by: " + list(same) + ".");
+  section.sentences.push_back("Features that add no launch: " + list(same) + ".");
   section.sentences.push_back(
-      "What works between prediction and new state takes them out of the visits to the patches, into launches of their "
-      "own: " +
+      "Features that work between prediction and velocity update, which therefore run as separate launches instead of "
+      "within the patch solve: " +
       list(split) + ".");
   section.table.columns = {"feature", "added to", "launches without", "with", "kernels added", "kernels gone"};
   for (const Json& row : single)
@@ -121,11 +122,11 @@ Section launch_section(const Json& single) {
 }
 
 Section ladder_section(const Json& ladder) {
-  Section section{"A cloth that is asked for more and more"};
+  Section section{"A cloth with more and more features"};
   const Json &first = ladder[0], &last = ladder.back(), &before = ladder[ladder.size() - 2];
   section.sentences.push_back(
-      formatted("From %.3g ms a step with distances alone to %.3g ms with everything but self-collision, and %.3g ms "
-                "with that too;",
+      formatted("From %.3g ms a step with distance constraints only to %.3g ms with everything but self-collision, and "
+                "%.3g ms with self-collision too;",
                 number(first, "ms_a_step"), number(before, "ms_a_step"), number(last, "ms_a_step")) +
       formatted(" from %.3g to %.3g and %.3g bytes a particle;", number(first, "bytes") / number(first, "particles"),
                 number(before, "bytes") / number(before, "particles"),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the study "parsimony" says: time, memory and launches of each feature, and the ladder.
+// Sections of the study "parsimony": time, memory and launches of each feature, and the ladder.
 #pragma once
 #include "tools/study/study.h"
 

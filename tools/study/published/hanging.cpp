@@ -19,38 +19,38 @@ using bench::formatted;
 
 constexpr int kFrames = 900;
 
-/// Masses follow the lengths of lines, so that the weight is a last particle and one more far below it, on a rod
-/// between them that is as heavy as it is long.
-Scene scene_of(const Hanging& of, const std::filesystem::path& folder) {
+/// Masses follow the lengths of segments. The weight is therefore the last particle together with one more far below
+/// it, connected by a segment that is as long as its mass requires.
+Scene scene_of(const HangingWeight& hanging, const std::filesystem::path& folder) {
   const std::string file = (folder / "chain.obj").string();
-  const double rod = (of.weight - 0.5) * of.spacing;
+  const double rod = (hanging.weight - 0.5) * hanging.spacing;
   std::ofstream mesh(file);
   mesh.precision(17);
-  for (int i = 0; i < kParticles; ++i) mesh << "v 0 " << -i * of.spacing << " 0\n";
-  mesh << "v 0 " << -kLinks * of.spacing - rod << " 0\nl";
+  for (int i = 0; i < kParticles; ++i) mesh << "v 0 " << -i * hanging.spacing << " 0\n";
+  mesh << "v 0 " << -kLinks * hanging.spacing - rod << " 0\nl";
   for (int i = 1; i <= kParticles + 1; ++i) mesh << " " << i;
   mesh << "\n";
   BodySpec body;
-  body.name = "chain", body.shape = MeshFile{file}, body.density = 1 / of.spacing, body.pins = {ListPin{{0}}};
+  body.name = "chain", body.shape = MeshFile{file}, body.density = 1 / hanging.spacing, body.pins = {ListPin{{0}}};
   ConstraintSpec links;
   links.type = "distance", links.elements = {"edges"};
-  if (of.stiffness < kInfinite) links.compliance = 1 / of.stiffness;
+  if (hanging.stiffness < kInfinite) links.compliance = 1 / hanging.stiffness;
   body.constraints = {links};
-  if (of.long_range) {
+  if (hanging.long_range) {
     ConstraintSpec reach;
     reach.type = "long_range", reach.parameter = 0.02;
     body.constraints.push_back(reach);
   }
-  return published_scene(body, of.dt, of.substeps, of.iterations, of.gravity);
+  return published_scene(body, hanging.dt, hanging.substeps, hanging.iterations, hanging.gravity);
 }
 
-SpringSystem system_of(const Hanging& of) {
+SpringSystem system_of(const HangingWeight& hanging) {
   std::vector<double> mass(kParticles, 1.0);
-  mass.back() = of.weight;
-  return chain_system(mass, of.spacing, of.stiffness, {0, -1, 0}, {0, -of.gravity, 0});
+  mass.back() = hanging.weight;
+  return chain_system(mass, hanging.spacing, hanging.stiffness, {0, -1, 0}, {0, -hanging.gravity, 0});
 }
 
-/// `down`: how far the weight is below its place after each frame, m.
+/// `down`: distance of the weight below its initial position after each frame, m.
 Json stretches(const std::vector<double>& down) {
   std::size_t lowest = 0;
   while (lowest + 1 < down.size() && down[lowest + 1] >= down[lowest]) ++lowest;
@@ -61,62 +61,63 @@ Json stretches(const std::vector<double>& down) {
 }
 
 template <class Step>
-Json swing(const Hanging& of, const Step& step) {
+Json swing(const HangingWeight& hanging, const Step& step) {
   std::vector<double> down;
-  for (int frame = 0; frame < kFrames; ++frame) down.push_back(-step() - kLinks * of.spacing);
+  for (int frame = 0; frame < kFrames; ++frame) down.push_back(-step() - kLinks * hanging.spacing);
   return stretches(down);
 }
 
-Json in_order(const Hanging& of) {
-  const SpringSystem system = system_of(of);
+Json ordered_sweep_swing(const HangingWeight& hanging) {
+  const SpringSystem system = system_of(hanging);
   State state = system.start;
-  return swing(of, [&] {
-    for (int k = 0; k < of.substeps; ++k) sweep_in_order(system, of.dt / of.substeps, of.iterations, state);
+  return swing(hanging, [&] {
+    for (int k = 0; k < hanging.substeps; ++k)
+      xpbd_step(system, hanging.dt / hanging.substeps, hanging.iterations, state);
     return state.x[3 * kLinks + 1];
   });
 }
 
 }  // namespace
 
-std::string key(const Hanging& of) {
-  return formatted("%g kg, k = %g, step %.9g s, g = %g, %dx%d%s", of.weight, of.stiffness, of.dt, of.gravity,
-                   of.substeps, of.iterations, of.long_range ? ", long range" : "");
+std::string key_of(const HangingWeight& hanging) {
+  return formatted("%g kg, k = %g, step %.9g s, g = %g, %dx%d%s", hanging.weight, hanging.stiffness, hanging.dt,
+                   hanging.gravity, hanging.substeps, hanging.iterations, hanging.long_range ? ", long range" : "");
 }
 
-Json by_malha(const Hanging& of) {
+Json malha_swing(const HangingWeight& hanging) {
   const bench::ScratchFolder folder;
-  Simulation simulation(scene_of(of, folder.path()), {.threads = 1});
-  return swing(of, [&] { return simulation.step(), simulation.positions()[kParticles - 1][1]; });
+  Simulation simulation(scene_of(hanging, folder.path()), {.threads = 1});
+  return swing(hanging, [&] { return simulation.step(), simulation.positions()[kParticles - 1][1]; });
 }
 
-Json by_newton(const Hanging& of) {
-  const SpringSystem system = system_of(of);
+Json newton_swing(const HangingWeight& hanging) {
+  const SpringSystem system = system_of(hanging);
   BackwardEuler newton(system);
   State state = system.start;
-  return swing(of, [&] { return newton.step(of.dt, state), state.x[3 * kLinks + 1]; });
+  return swing(hanging, [&] { return newton.step(hanging.dt, state), state.x[3 * kLinks + 1]; });
 }
 
-Runs runs(Cells& cells, const std::string& name, const Hanging& of) {
-  const Json cell = cells(name + ": " + key(of), [&] {
-    return Json{{"malha", by_malha(of)}, {"plain", in_order(of)}};
+SwingResults measure_swings(Cells& cells, const std::string& name, const HangingWeight& hanging) {
+  const Json cell = cells(name + ": " + key_of(hanging), [&] {
+    return Json{{"malha", malha_swing(hanging)}, {"plain", ordered_sweep_swing(hanging)}};
   });
-  Runs runs{cell["malha"], cell["plain"]};
-  keep_machine(runs.malha, cell), keep_machine(runs.plain, cell);
-  return runs;
+  SwingResults measure_swings{cell["malha"], cell["plain"]};
+  copy_machine(measure_swings.malha, cell), copy_machine(measure_swings.plain, cell);
+  return measure_swings;
 }
 
-Json row(const char* name, const Hanging& of, const char* method, const Json& run) {
+Json row(const char* name, const HangingWeight& hanging, const char* method, const Json& run) {
   Json row{{"case", name},
            {"what", "how far the weight gets below its place"},
            {"method", method},
-           {"dt_s", of.dt},
-           {"gravity_m_per_s2", of.gravity},
-           {"substeps", of.substeps},
-           {"iterations", of.iterations},
+           {"dt_s", hanging.dt},
+           {"gravity_m_per_s2", hanging.gravity},
+           {"substeps", hanging.substeps},
+           {"iterations", hanging.iterations},
            {"most_m", run["most_m"]},
            {"still_m", run["still_m"]},
            {"frame", run["frame"]}};
-  keep_machine(row, run);
+  copy_machine(row, run);
   return row;
 }
 

@@ -10,7 +10,7 @@ Scene published_scene(const BodySpec& body, double dt, int substeps, int iterati
   Scene scene;
   scene.file = "malha study", scene.name = body.name;
   scene.solver.dt = dt, scene.solver.substeps = substeps, scene.solver.iterations = iterations;
-  scene.solver.precision = Precision::Double, scene.solver.levels = 0;  // papers have none
+  scene.solver.precision = Precision::Double, scene.solver.levels = 0;  // the papers have none
   scene.gravity = {0, -gravity, 0};
   scene.bodies = {body};
   return scene;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Study "published": cases that papers print, repeated with their own parameters.
+// Study "published": published results, repeated with the parameters of the papers.
 #pragma once
 #include "tools/study/study.h"
 

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Frame rates of a thesis of 2008, which has Desbrun's method and PBD side by side: on a Core 2 Duo at 2.2 GHz, with
-// rendering.
+// Frame rates in a thesis of 2008 on Desbrun's method and PBD, measured on a Core 2 Duo at 2.2 GHz with rendering.
 #include "host/base/stopwatch.h"
 #include "host/solver/solver.h"
 #include "malha/simulation.h"
@@ -33,32 +32,32 @@ const std::vector<Sheet>& sheets() {
   return all;
 }
 
-/// A sheet of 1 m and 0.2 kg that hangs by two corners; a step is a frame of 1/50 s.
-Scene scene_of(const Sheet& of) {
+/// A sheet of 1 m and 0.2 kg hangs by two corners; a step is a frame of 1/50 s.
+Scene scene_of(const Sheet& sheet) {
   BodySpec body;
-  body.name = "sheet", body.shape = GridShape{{1, 1}, of.cells}, body.mass = 0.2;
-  body.pins = {ListPin{{0, of.cells[0]}}};
+  body.name = "sheet", body.shape = GridShape{{1, 1}, sheet.cells}, body.mass = 0.2;
+  body.pins = {ListPin{{0, sheet.cells[0]}}};
   ConstraintSpec springs;
   springs.type = "distance", springs.elements = {"edges", "shear"};
   body.constraints = {springs};
   Scene scene = published_scene(body, 1.0 / 50, 10, 1);
   scene.solver.precision = Precision::Float;
-  if (of.desbrun) {
+  if (sheet.desbrun) {
     scene.solver.type = "desbrun", scene.solver.substeps = 1, scene.solver.iterations = 10;
-    scene.solver.desbrun.filter = of.filter, scene.solver.desbrun.spring_constant = 1000;
+    scene.solver.desbrun.filter = sheet.filter, scene.solver.desbrun.spring_constant = 1000;
   }
   return scene;
 }
 
-Json time_sheet(const Sheet& of, bool quick, const Cells& cells) {
+Json time_sheet(const Sheet& sheet, bool quick, const Cells& cells) {
   std::vector<double> setups, frames;
   std::unique_ptr<Simulation> simulation;
   for (int turn = 0; turn < (quick ? 1 : 5); ++turn)
     setups.push_back(
-        seconds([&] { simulation = std::make_unique<Simulation>(scene_of(of), SimulationOptions{.threads = 1}); }));
+        seconds([&] { simulation = std::make_unique<Simulation>(scene_of(sheet), SimulationOptions{.threads = 1}); }));
   for (int frame = 0; frame < (quick ? 20 : 500); ++frame) {
     frames.push_back(seconds([&] { simulation->step(); }));
-    cells.go_on();
+    cells.check_interrupt();
   }
   Json cell{{"particles", simulation->positions().size()},
             {"setup_s", bench::median(setups)},
@@ -73,34 +72,35 @@ Json time_sheet(const Sheet& of, bool quick, const Cells& cells) {
 void add_sheets(Cells& cells, Findings& findings) {
   Section section{"A thesis of 2008: both methods side by side"};
   section.table.columns = {"case", "printed", "malha, frames/s", "ms a frame", "set-up, ms"};
-  std::string said;
+  std::string summary;
   const std::vector<Sheet> all = sheets();
-  const std::vector<Json> kept = cells.of(
-      all, [](const Sheet& of) { return "sheet: " + of.title; },
-      [&](const Sheet& of) { return time_sheet(of, cells.quick(), cells); });
-  if (cells.partial()) return;
+  const std::vector<Json> kept = cells.measure_all(
+      all, [](const Sheet& sheet) { return "sheet: " + sheet.title; },
+      [&](const Sheet& sheet) { return time_sheet(sheet, cells.quick(), cells); });
+  if (cells.is_partial()) return;
   for (std::size_t k = 0; k < all.size(); ++k) {
-    const Sheet& of = all[k];
+    const Sheet& sheet = all[k];
     const Json& cell = kept[k];
     const double frame = cell["frame_s"].get<double>(), setup = cell["setup_s"].get<double>();
     findings.rows.push_back({{"case", "sheets of 2008"},
-                             {"what", of.title},
+                             {"what", sheet.title},
                              {"particles", cell["particles"]},
-                             {"printed", of.printed},
+                             {"printed", sheet.printed},
                              {"frames_per_s", 1 / frame},
                              {"frame_ms", frame * 1e3},
                              {"setup_s", setup},
                              {"strain_max", cell["strain_max"]}});
-    keep_machine(findings.rows.back(), cell);
-    section.table.rows.push_back({of.title, of.printed, formatted("%.4g", 1 / frame), formatted("%.3g", frame * 1e3),
-                                  formatted("%.3g", setup * 1e3)});
-    if (!of.printed.empty())
-      add_to(said, formatted("%.3g frames/s after %.2g ms of set-up (", 1 / frame, setup * 1e3) + of.title + ")", "; ");
+    copy_machine(findings.rows.back(), cell);
+    section.table.rows.push_back({sheet.title, sheet.printed, formatted("%.4g", 1 / frame),
+                                  formatted("%.3g", frame * 1e3), formatted("%.3g", setup * 1e3)});
+    if (!sheet.printed.empty())
+      append(summary, formatted("%.3g frames/s after %.2g ms of set-up (", 1 / frame, setup * 1e3) + sheet.title + ")",
+             "; ");
   }
   section.sentences = {
       "Printed, on a Core 2 Duo at 2.2 GHz and with a rendering engine: 289 particles by Desbrun's method and over "
       "2000 by PBD at 50 frames/s each, and a precomputation that is too slow beyond 500 particles.",
-      "malha on one thread and without rendering, a frame of 1/50 s each: " + said + "."};
+      "malha on one thread and without rendering, a frame of 1/50 s each: " + summary + "."};
   findings.sections.push_back(section);
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Macklin et al. 2019 (Small Steps), section 6.1: masses from 1 to 100,000 kg, spacing 0.01 m; a stretch of 322.1 m by
-// 100 iterations and of 3.2 m by 100 substeps. The paper does not state the step.
+// Macklin et al. 2019 (Small Steps), section 6.1: masses from 1 to 100,000 kg, spacing 0.01 m; a stretch of 322.1 m
+// with 100 iterations and of 3.2 m with 100 substeps. The paper does not state the step.
 #include <cmath>
 
 #include "tools/bench/output.h"
@@ -15,7 +15,7 @@ using bench::formatted;
 
 constexpr double kPrintedIterations = 322.1, kPrintedSubsteps = 3.2;
 
-Hanging small_steps(double dt, double gravity, bool substeps) {
+HangingWeight small_steps(double dt, double gravity, bool substeps) {
   return {1e5, 0.01, kInfinite, dt, gravity, substeps ? 100 : 1, substeps ? 1 : 100};
 }
 
@@ -29,84 +29,86 @@ void add_weight(Cells& cells, Findings& findings) {
   section.table.columns = {
       "step, s", "g, m/s^2", "", "printed, m", "malha, most, m", "plain sweep, most, m", "malha, hanging still, m"};
   std::vector<std::string> curves(4);
-  double apart = 0, best_off = 1e300, best_dt = 0, best_g = 0, at_60 = 0;
-  Runs best_iterations, best_substeps;
+  double largest_difference = 0, best_off = 1e300, best_dt = 0, best_g = 0, at_60 = 0;
+  SwingResults best_iterations, best_substeps;
   const auto measure = [&](double dt, double g) {
     double off = 0;
-    Runs both[2];
+    SwingResults both[2];
     for (const bool substeps : {false, true}) {
-      const Hanging of = small_steps(dt, g, substeps);
+      const HangingWeight hanging = small_steps(dt, g, substeps);
       const double printed = substeps ? kPrintedSubsteps : kPrintedIterations;
-      const Runs& run = both[substeps] = runs(cells, "weight", of);
-      findings.rows.push_back(row("weight of 2019", of, "malha", run.malha));
+      const SwingResults& run = both[substeps] = measure_swings(cells, "weight", hanging);
+      findings.rows.push_back(row("weight of 2019", hanging, "malha", run.malha));
       findings.rows.back()["printed_m"] = printed;
-      findings.rows.push_back(row("weight of 2019", of, "plain sweep", run.plain));
+      findings.rows.push_back(row("weight of 2019", hanging, "plain sweep", run.plain));
       findings.rows.back()["printed_m"] = printed;
-      section.table.rows.push_back({formatted("%.5g", dt), formatted("%g", g),
-                                    substeps ? "100 substeps" : "100 iterations", formatted("%g", printed),
-                                    formatted("%.4g", most(run.malha)), formatted("%.4g", most(run.plain)),
-                                    formatted("%.4g", run.malha["still_m"].get<double>())});
-      apart = std::max(apart, std::abs(most(run.malha) / most(run.plain) - 1));
-      if (!substeps) off = std::abs(most(run.malha) / printed - 1);
-      curves[(g == 10 ? 2 : 0) + substeps] += formatted("%.9g %.9g\n", dt, most(run.malha));
+      section.table.rows.push_back(
+          {formatted("%.5g", dt), formatted("%g", g), substeps ? "100 substeps" : "100 iterations",
+           formatted("%g", printed), formatted("%.4g", largest_drop(run.malha)),
+           formatted("%.4g", largest_drop(run.plain)), formatted("%.4g", run.malha["still_m"].get<double>())});
+      largest_difference =
+          std::max(largest_difference, std::abs(largest_drop(run.malha) / largest_drop(run.plain) - 1));
+      if (!substeps) off = std::abs(largest_drop(run.malha) / printed - 1);
+      curves[(g == 10 ? 2 : 0) + substeps] += formatted("%.9g %.9g\n", dt, largest_drop(run.malha));
     }
-    if (g != 10 && dt == 1.0 / 60) at_60 = most(both[0].malha);
+    if (g != 10 && dt == 1.0 / 60) at_60 = largest_drop(both[0].malha);
     if (off < best_off) best_off = off, best_dt = dt, best_g = g, best_iterations = both[0], best_substeps = both[1];
   };
   for (const double g : {9.81, 10.0})
     for (const double dt : steps(cells.quick())) measure(dt, g);
-  // The stretch grows with the square of the step: where does it reach what is printed in this gravity?
-  const double wanted = std::sqrt(kPrintedIterations / at_60) / 60;
-  const Hanging exact = small_steps(wanted, 9.81, false);
-  const Runs exact_run = runs(cells, "weight", exact),
-             exact_small = runs(cells, "weight", small_steps(wanted, 9.81, true));
-  Hanging held = small_steps(best_dt, best_g, true);
-  held.substeps = 10, held.long_range = true;
-  const Json held_run = cells("weight: " + key(held), [&] { return by_malha(held); });
-  findings.rows.push_back(row("weight of 2019", held, "malha with long_range", held_run));
+  // The stretch grows with the square of the step, which yields the step that reaches the printed stretch.
+  const double matching_step = std::sqrt(kPrintedIterations / at_60) / 60;
+  const HangingWeight exact = small_steps(matching_step, 9.81, false);
+  const SwingResults exact_run = measure_swings(cells, "weight", exact),
+                     exact_small = measure_swings(cells, "weight", small_steps(matching_step, 9.81, true));
+  HangingWeight tethered = small_steps(best_dt, best_g, true);
+  tethered.substeps = 10, tethered.long_range = true;
+  const Json tethered_run = cells("weight: " + key_of(tethered), [&] { return malha_swing(tethered); });
+  findings.rows.push_back(row("weight of 2019", tethered, "malha with long_range", tethered_run));
 
   section.sentences = {
-      "Printed: 322.1 m of stretch by 100 iterations and 3.2 m by 100 substeps of one; the step is not stated, nor "
-      "when it is measured. Here it is the most of the first swing.",
-      formatted("Closest to it of all steps and gravities below is a step of %.4g s with g = %g m/s^2: %.1f m by "
-                "iterations and %.2f m by substeps.",
-                best_dt, best_g, most(best_iterations.malha), most(best_substeps.malha)),
-      formatted("With g = 9.81 m/s^2 it takes a step of %.5f s (%.1f m and %.2f m), which is no usual one; 1/60 s "
-                "gives %.1f m.",
-                wanted, most(exact_run.malha), most(exact_small.malha), at_60),
-      formatted("Substeps stretch a hundredth of what iterations do at any step. malha, which sweeps every other link, "
-                "and a plain sweep from the support on agree to %.1e.",
-                apart),
-      formatted("With long-range attachments and a tenth of the work malha holds that weight within %.2g m (of a chain "
-                "of 0.19 m).",
-                most(held_run))};
+      "Printed: 322.1 m of stretch with 100 iterations and 3.2 m with 100 substeps of one; neither the step is stated, "
+      "nor when the stretch is measured. Here it is the largest of the first swing.",
+      formatted("Of all steps and gravities below, a step of %.4g s with g = %g m/s^2 is closest: %.1f m with "
+                "iterations and %.2f m with substeps.",
+                best_dt, best_g, largest_drop(best_iterations.malha), largest_drop(best_substeps.malha)),
+      formatted("With g = 9.81 m/s^2 the step would have to be %.5f s (%.1f m and %.2f m), which is unusual; a step of "
+                "1/60 s leads to %.1f m.",
+                matching_step, largest_drop(exact_run.malha), largest_drop(exact_small.malha), at_60),
+      formatted(
+          "At any step the stretch with substeps is a hundredth of that with iterations. malha, which projects every "
+          "other link and then the rest, and a plain sweep from the support on agree to %.1e.",
+          largest_difference),
+      formatted("With long-range attachments and a tenth of the work the stretch is at most %.2g m (of a chain of "
+                "0.19 m).",
+                largest_drop(tethered_run))};
   Chart chart{"weight",
               "set logscale xy\nset xlabel 'time step (s)'\nset ylabel 'most stretch (m)'\nset xrange "
               "[0.008:0.05]\nset format y '%g'\nset xtics (0.01, 0.02, 0.03, 0.04, 0.05)\nset title 'Small Steps 2019, "
               "6.1: a weight of 100,000 on 19 links'\n"};
   static constexpr const char* titles[] = {"100 iterations, g = 9.81", "100 substeps, g = 9.81",
                                            "100 iterations, g = 10", "100 substeps, g = 10"};
-  static constexpr const char* looks[] = {"lc rgb '#d55e00' pt 7", "lc rgb '#0072b2' pt 7",
-                                          "lc rgb '#d55e00' pt 6 dt 2", "lc rgb '#0072b2' pt 6 dt 2"};
+  static constexpr const char* styles[] = {"lc rgb '#d55e00' pt 7", "lc rgb '#0072b2' pt 7",
+                                           "lc rgb '#d55e00' pt 6 dt 2", "lc rgb '#0072b2' pt 6 dt 2"};
   for (int k = 0; k < 4; ++k)
-    chart.series.push_back({curves[k], std::string("with linespoints lw 2 ps 0.9 ") + looks[k], titles[k]});
+    chart.series.push_back({curves[k], std::string("with linespoints lw 2 ps 0.9 ") + styles[k], titles[k]});
   for (const double printed : {kPrintedIterations, kPrintedSubsteps})
     chart.series.push_back({formatted("0.008 %g\n0.05 %g\n", printed, printed), "with lines lw 1 dt 3 lc rgb '#000000'",
                             formatted("printed: %g m", printed)});
-  chart.settings += bench::names_at_ends(chart.series);
+  chart.settings += bench::label_series_ends(chart.series);
   section.chart = chart;
   findings.sections.push_back(section);
 }
 
 int count_weight(bool quick) { return 4 * static_cast<int>(steps(quick).size()) + 3; }
 
-/// Where the printed stretch is reached depends on what was measured before.
-void ask_weight(Cells& cells, Findings& findings) {
-  cells.together([&] { add_weight(cells, findings); });
+/// The step that reaches the printed stretch depends on cells that were measured before, so one share measures all.
+void add_weight_together(Cells& cells, Findings& findings) {
+  cells.measure_together([&] { add_weight(cells, findings); });
 }
 
 }  // namespace
 
-const PublishedPart kWeightOf2019{count_weight, ask_weight};
+const PublishedPart kWeightOf2019{count_weight, add_weight_together};
 
 }  // namespace malha::study

@@ -7,9 +7,9 @@ namespace malha::study {
 
 namespace {
 
-/// Where the point is that lies s m along the line at rest, under the horizontal pull H.
+/// The position of the point at s m along the unstretched line, under the horizontal force H.
 Vec3 place(double s, double H, double length, double weight, double EA) {
-  const double V = weight / 2, below = V - weight * s / length;  // vertical pull at the start and at s
+  const double V = weight / 2, below = V - weight * s / length;  // vertical force at the start and at s
   const double a = H * length / weight;
   return {H * s / EA + a * (std::asinh(V / H) - std::asinh(below / H)),
           -weight * s / EA * (V / weight - s / (2 * length)) - a * (std::hypot(1, V / H) - std::hypot(1, below / H)),
@@ -19,7 +19,7 @@ Vec3 place(double s, double H, double length, double weight, double EA) {
 }  // namespace
 
 std::vector<Vec3> elastic_catenary(double span, double length, double weight, double EA, int points) {
-  double low = 1e-9 * weight, high = 1e9 * weight;  // the span grows with the pull
+  double low = 1e-9 * weight, high = 1e9 * weight;  // the span grows with the force
   for (int turn = 0; turn < 200; ++turn) {
     const double middle = std::sqrt(low * high);
     (place(length, middle, length, weight, EA)[0] < span ? low : high) = middle;

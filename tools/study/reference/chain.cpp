@@ -9,15 +9,15 @@ namespace malha::study {
 
 namespace {
 
-using Joint = ReferenceChain::Place;
+using Joint = ReferenceChain::Position;
 
 constexpr int kMostNewton = 50;
-constexpr double kChainExact = 1e-12;  // of a link's length squared
+constexpr double kChainExact = 1e-12;  // in squared link lengths
 
 Joint joint_to_joint(const Joint& a, const Joint& b) { return {b[0] - a[0], b[1] - a[1]}; }
 double dot(const Joint& a, const Joint& b) { return a[0] * b[0] + a[1] * b[1]; }
 
-/// Solves a system of three diagonals; `b` becomes the solution. `lower` and `upper` of row k: beside its diagonal.
+/// Solves a tridiagonal system in place: `b` becomes the solution. lower[k] and upper[k] are beside row k's diagonal.
 void solve_tridiagonal(std::vector<double>& diagonal, const std::vector<double>& lower,
                        const std::vector<double>& upper, std::vector<double>& b) {
   const std::size_t n = b.size();
@@ -38,7 +38,7 @@ ReferenceChain::ReferenceChain(int links, double length, double gravity)
 
 void ReferenceChain::step(double h) {
   const std::size_t links = x_.size() - 1;
-  std::vector<Joint> along(links), p = x_;  // directions before; places after
+  std::vector<Joint> along(links), p = x_;  // links before the step; positions after it
   for (std::size_t e = 0; e < links; ++e) along[e] = joint_to_joint(x_[e], x_[e + 1]);
   for (std::size_t i = 1; i <= links; ++i) p[i] = {x_[i][0] + h * (v_[i][0] - h * gravity_), x_[i][1] + h * v_[i][1]};
   std::vector<double> diagonal(links), lower(links, 0), upper(links, 0), pull(links);
@@ -75,7 +75,7 @@ double ReferenceChain::potential() const {
   return sum;
 }
 
-ReferenceChain::Place ReferenceChain::at(double along) const {
+ReferenceChain::Position ReferenceChain::at(double along) const {
   const double place = std::clamp(along / link_, 0.0, static_cast<double>(x_.size() - 1));
   const std::size_t e = std::min(static_cast<std::size_t>(place), x_.size() - 2);
   const double part = place - static_cast<double>(e);

@@ -1,30 +1,31 @@
 // SPDX-License-Identifier: Apache-2.0
-// The true motion of a cloth that hangs by a row: nothing in it stretches, so that each row goes as a link of a chain.
+// Exact motion of an inextensible cloth that hangs by a row: its rows move as the joints of a chain of rigid links.
 #pragma once
 #include <array>
 #include <vector>
 
 namespace malha::study {
 
-/// An inextensible chain of `length` m, of links as long as each other, held at its first joint and let go from the
-/// level: joints weigh alike but the last, which has half a link. By the leapfrog method with exact constraints (SHAKE:
-/// Ryckaert, Ciccotti & Berendsen 1977), all of a step's solved at once by Newton's method. Double.
+/// An inextensible chain of `length` m and equal links, pinned at its first joint and released from the horizontal. All
+/// joints have equal masses except the last, which has half of it. Integrated by the leapfrog method with exact
+/// constraints (SHAKE: Ryckaert, Ciccotti & Berendsen 1977), which Newton's method solves together in each step, in
+/// double.
 class ReferenceChain {
  public:
-  using Place = std::array<double, 2>;  // m, up and away from the held joint
+  using Position = std::array<double, 2>;  // m, upwards and away from the pinned joint
 
   ReferenceChain(int links, double length, double gravity);
   void step(double h);
-  const std::vector<Place>& joints() const { return x_; }
-  double kinetic() const;    // J, of 1 kg in all; at the middle of the last step
+  const std::vector<Position>& joints() const { return x_; }
+  double kinetic() const;    // J, for a total mass of 1 kg, at the middle of the last step
   double potential() const;  // J
-  /// At a distance along the chain, m.
-  Place at(double along) const;
+  /// The position at a distance along the chain, m.
+  Position at(double along) const;
 
  private:
   double link_, gravity_, mass_;
   std::vector<double> w_;  // 1/kg
-  std::vector<Place> x_, v_;
+  std::vector<Position> x_, v_;
 };
 
 }  // namespace malha::study

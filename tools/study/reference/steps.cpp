@@ -30,7 +30,7 @@ void rk4(const System& system, double h, State& state) {
 struct BackwardEuler::Parts {
   explicit Parts(const SpringSystem& of) : system(of) {}
 
-  /// Of (x - y)^2 M / 2 + h^2 U(x), y: where inertia and gravity alone lead.
+  /// (x - y)^2 M / 2 + h^2 U(x), where y is the position by inertia and gravity alone.
   double objective(const Vector& y, const Vector& x, double h) const {
     double sum = h * h * system.elastic_energy(x);
     for (int i = 0; i < system.count(); ++i)
@@ -97,18 +97,19 @@ void BackwardEuler::step(double h, State& state) {
   for (int i = 0; i < system.count(); ++i)
     if (!system.pinned[i]) y.segment<3>(3 * i) += h * h * system.gravity;
   Vector x = state.x + h * state.v;
-  double enough = 0;
-  for (int k = 0; k < y.size(); ++k) enough += std::pow(system.mass[k / 3] * (std::abs(y[k] - state.x[k]) + 1e-9), 2);
-  enough = 1e-10 * std::sqrt(enough);
-  constexpr int most = 50;
-  for (int turn = 0; turn < most; ++turn) {
+  double tolerance = 0;
+  for (int k = 0; k < y.size(); ++k)
+    tolerance += std::pow(system.mass[k / 3] * (std::abs(y[k] - state.x[k]) + 1e-9), 2);
+  tolerance = 1e-10 * std::sqrt(tolerance);
+  constexpr int max_iterations = 50;
+  for (int iteration = 0; iteration < max_iterations; ++iteration) {
     const Vector r = parts_->gradient(y, x, h);
-    if (r.norm() < enough) break;
+    if (r.norm() < tolerance) break;
     parts_->factor(x, h);
     const Vector move = parts_->cholesky.solve(r);
     const double before = parts_->objective(y, x, h), slope = move.dot(r);
     double length = 1;
-    // What rounding alone raises, of a sum over all springs, is no reason to stop short.
+    // The last term is for rounding of the sum over all springs, which must not shorten the step.
     while (length > 1e-6 &&
            parts_->objective(y, x - length * move, h) > before - 1e-4 * length * slope + 1e-12 * before)
       length /= 2;

@@ -8,27 +8,27 @@
 
 namespace malha::study {
 
-/// x += h v, v += h a(x before): an undamped mode of frequency omega gains the energy (1 + (omega h)^2) a step,
-/// whatever h is.
+/// x += h v, v += h a(previous x). In each step the energy of an undamped mode of frequency omega is multiplied by
+/// 1 + (omega h)^2, for any h.
 void explicit_euler(const System& system, double h, State& state);
 
 /// v += h a(x), x += h v.
 void symplectic_euler(const System& system, double h, State& state);
 
-/// The classical Runge-Kutta method: four evaluations, an error of h^4.
+/// The classical Runge-Kutta method: four evaluations, an error of order h^4.
 void rk4(const System& system, double h, State& state);
 
 /// Backward Euler, x' = x + h v', v' = v + h a(x'), solved by Newton's method on all coordinates with the true Hessian
-/// of the springs, a line search, and a sparse Cholesky factor a turn (without the part by which pressed springs
-/// buckle, where there is none with it). Thesis ch. 2; Baraff & Witkin 1998 is its first turn.
+/// of the springs, a line search, and a sparse Cholesky factorisation per iteration (without the indefinite part of
+/// compressed springs, if the factorisation fails with it). Baraff & Witkin 1998 is its first iteration.
 class BackwardEuler {
  public:
   explicit BackwardEuler(const SpringSystem& system);
   ~BackwardEuler();
 
-  /// Until the residual is below 1e-10 of the weight and inertia forces, or 50 turns.
+  /// Iterates until the residual is below 1e-10 of the weight and inertia forces, but at most 50 times.
   void step(double h, State& state);
-  long solves() const;  // factors so far
+  long solves() const;  // number of factorisations so far
 
  private:
   struct Parts;

@@ -9,7 +9,7 @@ namespace malha::study {
 
 namespace {
 
-/// The places of numbers in ascending order; of the same number as they are.
+/// Indices in ascending order of the numbers; equal numbers keep their order.
 std::vector<int> ascending(const std::vector<int>& numbers) {
   std::vector<int> order(numbers.size());
   std::iota(order.begin(), order.end(), 0);
@@ -49,7 +49,7 @@ std::vector<int> order_by_colour(const SpringSystem& system) {
   return ascending(colour);
 }
 
-Eigen::MatrixXd linear_sweep(const SpringSystem& system, const std::vector<int>& order) {
+Eigen::MatrixXd linearised_sweep(const SpringSystem& system, const std::vector<int>& order) {
   const int n = 3 * system.count();
   Eigen::MatrixXd T = Eigen::MatrixXd::Identity(n, n);
   for (const int s : order) {
@@ -63,7 +63,7 @@ Eigen::MatrixXd linear_sweep(const SpringSystem& system, const std::vector<int>&
   return T;
 }
 
-double amplification_by(const Eigen::MatrixXd& T) {
+double amplification_of_sweep(const Eigen::MatrixXd& T) {
   const Eigen::VectorXcd mu = T.eigenvalues();
   double most = 0;
   for (Eigen::Index k = 0; k < mu.size(); ++k) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A plain Gauss-Seidel sweep of distance constraints, one constraint after the other in any given order: what
-// Position Based Dynamics with substeps does without malha's patches, colours and packs.
+// Plain Gauss-Seidel sweep over distance constraints, one after the other in a given order: Position Based Dynamics
+// with substeps, without malha's patches, colours and packs.
 #pragma once
 #include <vector>
 
@@ -8,22 +8,22 @@
 
 namespace malha::study {
 
-/// All springs by the fewest springs that lead from a pinned particle to their nearer end, the nearest first.
+/// All springs in order of their nearer end's graph distance from the pins.
 std::vector<int> order_from_pins(const SpringSystem& system);
 
-/// All springs by colour, greedily, those of a colour without a common particle.
+/// All springs by greedy colouring: springs of a colour have no particle in common.
 std::vector<int> order_by_colour(const SpringSystem& system);
 
-/// What a sweep over hard constraints in this order makes of small displacements from rest: the product of the
-/// projections of their linearised lengths.
-Eigen::MatrixXd linear_sweep(const SpringSystem& system, const std::vector<int>& order);
+/// The matrix of a sweep over hard constraints in this order, which acts on small displacements from rest: the product
+/// of the projections of their linearised lengths.
+Eigen::MatrixXd linearised_sweep(const SpringSystem& system, const std::vector<int>& order);
 
-/// By which a substep multiplies motion at most whose sweep is T: the spectral radius of y' = T (2 y - y before), by
-/// the eigenvalues of T.
-double amplification_by(const Eigen::MatrixXd& T);
+/// The amplification factor of a substep whose sweep is T: the spectral radius of y' = T (2 y - previous y), from the
+/// eigenvalues of T.
+double amplification_of_sweep(const Eigen::MatrixXd& T);
 
 /// x += h v, with v += h g; one sweep (Müller et al. 2006, stiffness 1; with a compliance, m/N, Macklin et al. 2016);
-/// v = (p - x) / h. In numbers of type R.
+/// v = (p - x) / h. Computed in type R.
 template <class R>
 class PlainSweep {
  public:

@@ -50,7 +50,7 @@ Vector edge_strains(const std::vector<Spring>& edges, const Vector& x) {
   return strain;
 }
 
-void start_of(const Scene& scene, const Mesh& mesh, System& system) {
+void set_start(const Scene& scene, const Mesh& mesh, System& system) {
   const BodySpec& body = scene.bodies.front();
   system.pinned = find_holds(scene, 0, mesh).pinned;
   system.gravity = Eigen::Vector3d::Map(scene.gravity.data());
@@ -69,7 +69,7 @@ std::unique_ptr<SpringSystem> spring_system(const Scene& scene) {
   auto system = std::make_unique<SpringSystem>();
   const BodySpec& body = scene.bodies.front();
   const Mesh mesh = make_mesh(body.shape);
-  start_of(scene, mesh, *system);
+  set_start(scene, mesh, *system);
   const Vector& x = system->start.x;
   for (const ConstraintSpec& spec : body.constraints)
     for (const std::string& on : spec.elements)
@@ -96,8 +96,8 @@ Vector vector_of(const std::vector<double>& numbers) {
   return Vector::Map(numbers.data(), static_cast<int>(numbers.size()));
 }
 
-Balance balance(const System& system, const State& state) {
-  Balance sum{0, 0, system.elastic_energy(state.x), Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
+ConservedQuantities conserved_quantities(const System& system, const State& state) {
+  ConservedQuantities sum{0, 0, system.elastic_energy(state.x), Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
   for (int i = 0; i < system.count(); ++i) {
     if (system.pinned[i]) continue;
     const Eigen::Vector3d x = state.x.segment<3>(3 * i), p = system.mass[i] * state.v.segment<3>(3 * i);
@@ -110,12 +110,12 @@ Balance balance(const System& system, const State& state) {
 }
 
 double largest_frequency(const System& system, const Vector& x) {
-  Vector weight(x.size());  // in root(m) x the matrix is symmetric, and its powers tend to the largest eigenvalue
+  Vector weight(x.size());  // in sqrt(m) x the matrix is symmetric, and its powers converge to the largest eigenvalue
   for (int k = 0; k < weight.size(); ++k) weight[k] = system.pinned[k / 3] ? 0 : 1 / std::sqrt(system.mass[k / 3]);
   Vector direction(x.size());
   for (int k = 0; k < direction.size(); ++k) direction[k] = std::sin(1 + 7.3 * k) * (weight[k] > 0);
   double squared = 0;
-  const double size = 1e-6 * x.cwiseAbs().maxCoeff();  // m: small beside an edge, large beside rounding
+  const double size = 1e-6 * x.cwiseAbs().maxCoeff();  // m: small compared with an edge, large compared with rounding
   constexpr int turns = 300;
   for (int turn = 0; turn < turns; ++turn) {
     direction.normalize();

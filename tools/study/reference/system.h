@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the studies compare malha with: a body of particles as plain equations of motion, in double and by Eigen alone.
-// Nothing here is shared with malha's kernels or solvers but the scene and its mesh.
+// Equations of motion of a body of particles, in double and with Eigen only: the reference of the studies. It shares
+// only the scene and its mesh with malha, no kernels and no solvers.
 #pragma once
 #include <Eigen/Dense>
 #include <memory>
@@ -10,13 +10,13 @@
 
 namespace malha::study {
 
-using Vector = Eigen::VectorXd;  // three numbers a particle, in the order of Simulation::positions()
+using Vector = Eigen::VectorXd;  // three coordinates per particle, in the order of Simulation::positions()
 
 struct State {
   Vector x, v;  // m, m/s
 };
 
-/// Particles with forces between them, in gravity.
+/// Particles with internal forces and gravity.
 class System {
  public:
   virtual ~System() = default;
@@ -25,7 +25,7 @@ class System {
   virtual double elastic_energy(const Vector& x) const = 0;       // J
   virtual void add_forces(const Vector& x, Vector& f) const = 0;  // N
   virtual Vector strains(const Vector& x) const = 0;              // l / l0 - 1 of each edge
-  Vector accelerations(const Vector& x) const;                    // m/s^2, 0 where pinned
+  Vector accelerations(const Vector& x) const;                    // m/s^2, 0 for pinned particles
 
   std::vector<double> mass;  // kg, of pinned particles too
   std::vector<bool> pinned;
@@ -48,35 +48,37 @@ class SpringSystem : public System {
   std::vector<Spring> springs;
 };
 
-/// Masses, pins, gravity, and the start of a scene's only body; `mesh`: of its shape.
-void start_of(const Scene& scene, const Mesh& mesh, System& system);
+/// Sets masses, pins, gravity and initial state from a scene's only body. `mesh`: of its shape.
+void set_start(const Scene& scene, const Mesh& mesh, System& system);
 
-/// l / l0 - 1 of each.
+/// l / l0 - 1 of each edge.
 Vector edge_strains(const std::vector<Spring>& edges, const Vector& x);
 
-/// The springs that the distance constraints with a compliance of a scene's only body stand for: k = 1 / compliance.
+/// The springs that correspond to the distance constraints of a scene's only body: k = 1 / compliance. All of them must
+/// have a compliance.
 std::unique_ptr<SpringSystem> spring_system(const Scene& scene);
 
-/// Points as three numbers each.
+/// The coordinates of points in one vector.
 Vector flat(const std::vector<Vec3>& points);
 
-/// As JSON takes them, and back.
+/// Conversions from and to lists, for JSON.
 std::vector<double> numbers_of(const Vector& a);
 Vector vector_of(const std::vector<double>& numbers);
 
-/// Over the particles, m.
+/// RMS distance of the particles, m.
 double rms_distance(const Vector& a, const Vector& b);
 
-/// What a motion keeps, or should.
-struct Balance {
+/// Energies and momenta of a state.
+struct ConservedQuantities {
   double kinetic, potential, elastic;          // J; gravity's potential is 0 at the origin
-  Eigen::Vector3d momentum, angular_momentum;  // kg m/s, kg m^2/s about the origin; of movable particles
+  Eigen::Vector3d momentum, angular_momentum;  // of movable particles, kg m/s and kg m^2/s about the origin
   double energy() const { return kinetic + potential + elastic; }
 };
-Balance balance(const System& system, const State& state);
+ConservedQuantities conserved_quantities(const System& system, const State& state);
 
-/// The largest angular frequency (rad/s) of small motions about x: the root of the largest eigenvalue of M^-1 K, by
-/// power iteration, from below. Explicit (symplectic) Euler is stable up to steps of 2 / omega_max, RK4 up to 2.83.
+/// The largest angular frequency omega_max (rad/s) of small motions about x: the square root of the largest eigenvalue
+/// of M^-1 K, by power iteration, which converges from below. Symplectic Euler is stable up to steps of 2 / omega_max,
+/// RK4 up to 2.83 / omega_max.
 double largest_frequency(const System& system, const Vector& x);
 
 }  // namespace malha::study

@@ -56,7 +56,7 @@ std::unique_ptr<TetrahedronSystem> tetrahedron_system(const Scene& scene) {
   auto system = std::make_unique<TetrahedronSystem>();
   const BodySpec& body = scene.bodies.front();
   const Mesh mesh = make_mesh(body.shape);
-  start_of(scene, mesh, *system);
+  set_start(scene, mesh, *system);
   const ConstraintSpec& spec = body.constraints.front();
   const double E = spec.young_modulus.value(), nu = spec.parameter;
   const double shear = E / (2 * (1 + nu)), lame = E * nu / ((1 + nu) * (1 - 2 * nu));
@@ -70,14 +70,14 @@ std::unique_ptr<TetrahedronSystem> tetrahedron_system(const Scene& scene) {
   return system;
 }
 
-Vector at_rest(const System& system, double enough) {
+Vector relax_to_rest(const System& system, double tolerance) {
   State state = system.start;
-  const double h = 1 / largest_frequency(system, state.x);  // half of what is stable
+  const double h = 1 / largest_frequency(system, state.x);  // half of the stability limit
   double before = 0;
-  constexpr int most = 2'000'000;
-  for (int k = 0; k < most; ++k) {
+  constexpr int max_iterations = 2'000'000;
+  for (int k = 0; k < max_iterations; ++k) {
     const Vector a = system.accelerations(state.x);
-    if (a.cwiseAbs().maxCoeff() < enough * system.gravity.norm()) break;
+    if (a.cwiseAbs().maxCoeff() < tolerance * system.gravity.norm()) break;
     state.v += h * a;
     const double energy = state.v.squaredNorm();
     if (energy < before) state.v.setZero();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tetrahedra of the stable neo-Hookean material as plain equations of motion, from its energy (Smith, de Goes, Kim
-// 2018) and its first Piola-Kirchhoff stress alone.
+// Equations of motion of tetrahedra of the stable neo-Hookean material, from its energy (Smith, de Goes, Kim 2018) and
+// its first Piola-Kirchhoff stress.
 #pragma once
 #include <array>
 #include <memory>
@@ -19,19 +19,19 @@ class TetrahedronSystem : public System {
 
   struct Element {
     std::array<int, 4> corners;
-    Eigen::Matrix3d rest;  // inverse of the edges from corner 0, as columns, at rest
+    Eigen::Matrix3d rest;  // inverse of the matrix whose columns are the edges from corner 0 at rest
     double volume;         // m^3
   };
   std::vector<Element> elements;
-  std::vector<Spring> edges;  // without stiffness: for strains
+  std::vector<Spring> edges;  // without stiffness, only for strains
   double mu = 0, lambda = 0;  // Pa
 };
 
-/// Of a scene whose only body is neo_hookean.
+/// The system of a scene whose only body is neo_hookean.
 std::unique_ptr<TetrahedronSystem> tetrahedron_system(const Scene& scene);
 
-/// Where damped motion ends: particles that come to rest from `start`, by explicit steps whose velocities are dropped
-/// whenever the kinetic energy falls, until the largest acceleration is below `enough` of gravity's.
-Vector at_rest(const System& system, double enough);
+/// The equilibrium that damped motion from `start` reaches: explicit steps whose velocities are set to zero whenever
+/// the kinetic energy falls, until the largest acceleration is below `tolerance` times gravity.
+Vector relax_to_rest(const System& system, double tolerance);
 
 }  // namespace malha::study

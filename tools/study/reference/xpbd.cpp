@@ -3,7 +3,7 @@
 
 namespace malha::study {
 
-void sweep_in_order(const SpringSystem& system, double h, int iterations, State& state) {
+void xpbd_step(const SpringSystem& system, double h, int iterations, State& state) {
   const Vector before = state.x;
   for (int i = 0; i < system.count(); ++i) {
     if (system.pinned[i]) continue;

@@ -34,9 +34,9 @@ Section scaling_on_device(const Json& rows) {
     if (!series.data.empty()) chart.series.push_back(series);
   }
   section.sentences = {"On " + (all.empty() ? "no device" : all[0][0].value("device", "")) +
-                           ". Every pass is waited for, to time it, which steps of a run are not." +
+                           ". The host waits for every pass, to time it, which it does not in a run." +
                            scaling_left_out(rows, "strong"),
-                       kMustMove};
+                       kRequiredBytes};
   section.chart = chart;
   return section;
 }

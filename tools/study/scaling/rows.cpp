@@ -22,7 +22,7 @@ std::vector<std::vector<Json>> scaling_groups(const Json& rows, const std::strin
   return all;
 }
 
-std::string count_of(const Json& row) { return grouped(row["particles"].get<long long>()); }
+std::string count_of(const Json& row) { return with_commas(row["particles"].get<long long>()); }
 
 std::string scaling_left_out(const Json& rows, const std::string& kind) {
   std::string line;
@@ -40,12 +40,12 @@ std::vector<std::string> bandwidth_cells(const Json& row) {
 
 Section scaling_bandwidth(const Json& rows) {
   Section section{"Bandwidth: what must move, beside the triad"};
-  std::vector<std::vector<Json>> large;  // what no cache holds
+  std::vector<std::vector<Json>> large;  // bodies larger than any cache
   for (const auto& group : scaling_groups(rows, "strong"))
     if (number(group[0], "particles") >= 1e6 || scaling_groups(rows, "strong").size() < 6) large.push_back(group);
   section.table.columns = {"method", "particles", "threads", "GB/s that must move", "triad of as many bytes, GB/s",
                            "share"};
-  std::string said;
+  std::string summary;
   for (const auto& group : scaling_groups(rows, "strong"))
     for (const Json& row : group) {
       std::vector<std::string> line = bandwidth_cells(row);
@@ -54,15 +54,16 @@ Section scaling_bandwidth(const Json& rows) {
     }
   for (const auto& group : large)
     for (const Json* row : {&group.front(), &group.back()})
-      add_to(said,
+      append(summary,
              formatted("%.1f of %.1f GB/s (", number(*row, "gb_per_s"), number(*row, "triad_gb_per_s")) +
                  method_of(*row) + ", " + count_of(*row) + ", " + counted(row->at("threads").get<int>(), "thread") +
                  ")",
              "; ");
-  section.sentences = {std::string(kMustMove) +
-                           " Constraints, forces and what is read again come on top. The triad is over as many "
-                           "bytes as one substep or product walks through, so that small ones are those of caches.",
-                       "Reached, of the triad, by the largest: " + said + "."};
+  section.sentences = {
+      std::string(kRequiredBytes) +
+          " Constraints, forces and repeated reads are not included. The triad is over as many "
+          "bytes as one substep or product reads and writes, so that for small bodies it is that of caches.",
+      "Bandwidth of the largest bodies, and that of the triad: " + summary + "."};
   return section;
 }
 
@@ -88,30 +89,32 @@ Section scaling_passes(const Json& rows) {
     }
   }
   section.sentences = {
-      "PBD's prediction, projection and state are one pass here, \"fused_solve\", a whole step in one parallel region. "
-      "Passes of up to 32,768 particles that are no visits run on one thread by design."};
+      "PBD's prediction, projection and velocity update are one pass here, \"fused_solve\", a whole step in one "
+      "parallel "
+      "region. Passes over up to 32,768 particles, other than patch solves, run on one thread by design."};
   if (!least.empty())
     section.sentences.push_back(
-        "Of passes with 5 % of a step or more, from 10,000 particles on, the one that gains least: " + least + ".");
+        "The pass with the smallest speed-up, of those with 5 % of a step or more from 10,000 particles on: " + least +
+        ".");
   return section;
 }
 
 Section scaling_launches(const Json& rows) {
-  Section section{"What it costs to start threads and to wait for them"};
+  Section section{"Time to start threads and to wait at barriers"};
   section.table.columns = {"threads", "fork and join, microseconds", "median", "a barrier, microseconds"};
-  std::string said;
+  std::string summary;
   for (const Json& row : rows) {
     if (row["kind"] != "launch") continue;
     const double fork = number(row, "fork_join_us"), barrier = number(row, "barrier_us");
     section.table.rows.push_back({row["threads"].dump(), formatted("%.3g", fork),
                                   formatted("%.3g", number(row, "fork_join_median_us")), formatted("%.3g", barrier)});
     if (row["threads"] != 1)
-      add_to(said,
+      append(summary,
              formatted("%.3g and %.3g microseconds on ", fork, barrier) + counted(row["threads"].get<int>(), "thread"),
              "; ");
   }
-  section.sentences = {"An empty parallel region, and one more launch within it: " + said +
-                       ", at best (where other programs have the cores it is the scheduler's time)."};
+  section.sentences = {"An empty parallel region, and one more launch within it: " + summary +
+                       ", at best (if other programs use the cores, the times are those of the scheduler)."};
   std::string share;
   for (const auto& group : scaling_groups(rows, "strong")) {
     const Json& last = group.back();
@@ -119,13 +122,14 @@ Section scaling_launches(const Json& rows) {
     for (const Json& row : rows)
       if (row["kind"] == "launch" && row["threads"] == last["threads"]) {
         const double waits = number(row, "fork_join_us") + 10 * number(last, "phases") * number(row, "barrier_us");
-        add_to(share, formatted("%.2g %% (", waits / 10 / number(last, "step_ms")) + count_of(last) + ")");
+        append(share, formatted("%.2g %% (", waits / 10 / number(last, "step_ms")) + count_of(last) + ")");
       }
   }
   if (!share.empty())
     section.sentences.push_back(
-        "A step of PBD is one region with 10 substeps of as many barriers as its patches have phases; that makes, of a "
-        "step on the most threads by particles: " +
+        "A step of PBD is one region with 10 substeps, each with a barrier per colour of patches. Their share of a "
+        "step on "
+        "the most threads, by particles: " +
         share + ".");
   return section;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The rows of the study "scaling", as its sections read them.
+// Queries of the rows of the study "scaling", and the sections about passes, bandwidth and launches.
 #pragma once
 #include <string>
 #include <vector>
@@ -9,18 +9,19 @@
 
 namespace malha::study {
 
-/// Rows of a kind ("strong", "weak") that were run, a group a method and side, each from one thread on.
+/// Rows of a kind ("strong", "weak") that were run, in a group for each method and side, by increasing threads.
 std::vector<std::vector<Json>> scaling_groups(const Json& rows, const std::string& kind);
 
 std::string method_of(const Json& row);
 std::string count_of(const Json& row);  // "10,000"
 
-/// " PBD, N = 1000, is left out: why." of each that was; and what bytes are counted.
+/// A sentence for each row that was left out: " PBD, N = 1000, is left out: reason."
 std::string scaling_left_out(const Json& rows, const std::string& kind);
-inline constexpr const char* kMustMove =
+/// A sentence about the bytes that are counted.
+inline constexpr const char* kRequiredBytes =
     "PBD must read x, w and v and write x and v of every particle in every substep, 52 bytes; Desbrun's pass through "
     "the filter reads a sparse factor twice, a dense one once.";
-/// GB/s that must move, those that memory gives, and the share.
+/// Table fields: GB/s of the bytes that must move, GB/s of the triad, and their ratio.
 std::vector<std::string> bandwidth_cells(const Json& row);
 
 Section scaling_passes(const Json& rows);

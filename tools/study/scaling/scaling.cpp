@@ -26,20 +26,20 @@ std::vector<int> strong_sides(const ClothMethod& method, bool quick) {
   return {17, 46, 100, 316, 1000};
 }
 
-/// Particles a thread, as the side of one thread's body.
+/// Sides of the body of one thread; bodies of more threads have as many particles per thread.
 std::vector<int> weak_sides(const ClothMethod& method, bool quick) {
-  if (method.filter == FilterKind::Dense) return {};  // its work grows with the square
+  if (method.filter == FilterKind::Dense) return {};  // work grows with the square of the particles
   return quick ? std::vector{50} : std::vector{100, 316};
 }
 
-/// One body by one method on all numbers of threads.
+/// A body and a method, measured on all numbers of threads.
 struct ScalingCase {
   const char* kind;
   const ClothMethod& method;
   int side;
 };
 
-/// A device has no threads of its own to grow with.
+/// All cases; without weak scaling on a device, whose number of threads is fixed.
 std::vector<ScalingCase> scaling_cases(bool quick, bool on_device) {
   std::vector<ScalingCase> all;
   for (const bool weak : on_device ? std::vector{false} : std::vector{false, true})
@@ -49,19 +49,19 @@ std::vector<ScalingCase> scaling_cases(bool quick, bool on_device) {
   return all;
 }
 
-std::vector<Crew> lines(int side, bool weak, const std::vector<int>& threads) {
-  std::vector<Crew> all;
+std::vector<ScalingRun> scaling_runs(int side, bool weak, const std::vector<int>& threads) {
+  std::vector<ScalingRun> all;
   for (const int t : threads) all.push_back({t, weak ? static_cast<int>(std::lround(side * std::sqrt(t))) : side});
   return all;
 }
 
 std::vector<double> numbers(const Json& json) { return json.get<std::vector<double>>(); }
 
-/// Of the turns: how many times as fast at least and at most.
+/// Smallest and largest speed-up of the turns.
 std::pair<double, double> least_and_most(const std::vector<double>& one, const std::vector<double>& all) {
   std::pair ends{1e300, 0.0};
-  for (std::size_t turn = 0; turn < one.size(); ++turn)
-    ends = {std::min(ends.first, one[turn] / all[turn]), std::max(ends.second, one[turn] / all[turn])};
+  for (std::size_t run_turn = 0; run_turn < one.size(); ++run_turn)
+    ends = {std::min(ends.first, one[run_turn] / all[run_turn]), std::max(ends.second, one[run_turn] / all[run_turn])};
   return ends;
 }
 
@@ -101,7 +101,7 @@ Json scaling_rows(const std::string& kind, const ClothMethod& method, int side, 
   }
   base["load_average"] = cell["load_average"];
   if (cell.contains("device")) base["device"] = cell["device"];
-  keep_machine(base, cell);
+  copy_machine(base, cell);
   Json rows = Json::array();
   std::vector<int> threads;
   std::vector<double> medians;
@@ -110,31 +110,31 @@ Json scaling_rows(const std::string& kind, const ClothMethod& method, int side, 
     threads.push_back(line["threads"].get<int>()), medians.push_back(bench::median(numbers(line["step_s"])));
   }
   if (kind == "weak") return rows;
-  const std::optional<double> share = serial_share(threads, medians);
+  const std::optional<double> share = serial_fraction(threads, medians);
   for (Json& row : rows) row["serial_share"] = share ? Json(*share) : Json(nullptr);
   return rows;
 }
 
 Findings run_scaling(Cells& cells) {
-  const bool quick = cells.quick(), on_device = cells.on().device();
+  const bool quick = cells.quick(), on_device = cells.runs_on().is_device();
   Findings findings;
   const std::vector<int> threads = on_device ? std::vector{1} : scaling_threads(cells.cores());
   const std::vector<ScalingCase> cases = scaling_cases(quick, on_device);
   cells.plan(static_cast<int>((on_device ? 0 : threads.size()) + cases.size()));
   std::vector<Json> launches;
   if (!on_device)
-    launches = cells.of(
+    launches = cells.measure_all(
         threads, [](int t) { return "launches on " + counted(t, "thread"); },
         [&](int t) { return launch_costs(t, quick); });
-  const std::vector<Json> bodies = cells.of(
+  const std::vector<Json> bodies = cells.measure_all(
       cases,
       [](const ScalingCase& of) {
-        return std::string(of.kind) + ": " + of.method.name + ", " + grouped(of.side * of.side) + " particles";
+        return std::string(of.kind) + ": " + of.method.name + ", " + with_commas(of.side * of.side) + " particles";
       },
       [&](const ScalingCase& of) {
-        return scaling_cell(of.method, lines(of.side, of.kind == std::string("weak"), threads), cells);
+        return scaling_cell(of.method, scaling_runs(of.side, of.kind == std::string("weak"), threads), cells);
       });
-  if (cells.partial()) return findings;
+  if (cells.is_partial()) return findings;
   for (const Json& cell : launches) {
     Json row{{"kind", "launch"}};
     row.update(cell);

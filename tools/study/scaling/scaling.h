@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Study "scaling": how much faster more threads are, on the same body (strong) and on one that grows with them (weak).
+// Study "scaling": speed-up by more threads, on the same body (strong) and on one that grows with them (weak).
 #pragma once
 #include <string>
 
@@ -10,8 +10,9 @@ namespace malha::study {
 
 Findings run_scaling(Cells& cells);
 
-/// The rows of a cell (see scaling_cell), one a number of threads, with what each is worth beside one thread; one row
-/// with why where it was left out. `kind`: "strong" or "weak"; `side`: particles, of one thread's body.
+/// The rows of a cell (see scaling_cell), one for each number of threads, with its speed-up over one thread; a single
+/// row with the reason if the case was left out. `kind`: "strong" or "weak"; `side`: of one thread's body, in
+/// particles.
 Json scaling_rows(const std::string& kind, const ClothMethod& method, int side, const Json& cell);
 
 }  // namespace malha::study

@@ -14,7 +14,7 @@ namespace {
 
 using bench::formatted;
 
-/// Shades a method, the darker the more particles.
+/// The colour of a line: a shade of the method's, darker for more particles.
 const char* colour(const Json& row, std::size_t nth) {
   static constexpr const char* shades[][5] = {{"#9ecae1", "#6baed6", "#3182bd", "#08519c", "#08306b"},
                                               {"#a1d99b", "#74c476", "#31a354", "#006d2c", "#00441b"},
@@ -49,22 +49,22 @@ Chart chart(const std::vector<std::vector<Json>>& all, const std::string& name, 
   for (int t = 1; t < most; t *= 2) tics += formatted("%d, ", t);
   chart.settings =
       "set logscale x\nset xtics (" + tics + std::to_string(most) + formatted(")\nset xrange [0.9:%g]\n", most * 1.1) +
-      (ideal && most > 8 ? "set logscale y\nset yrange [0.5:*]\n" : bench::names_at_ends(chart.series, false)) +
+      (ideal && most > 8 ? "set logscale y\nset yrange [0.5:*]\n" : bench::label_series_ends(chart.series, false)) +
       "set xlabel 'threads'\nset ylabel '" + axis + "'\nset title '" + title + "'\n";
   return chart;
 }
 
-/// "0.12", or why there is none.
+/// The serial fraction: "0.12" or "not fitted".
 std::string share_of(const Json& row) {
   return row["serial_share"].is_null() ? "not fitted" : formatted("%.2f", number(row, "serial_share"));
 }
 
-/// "1.8 (PBD, 10 substeps, 289), ...": what `said` says of each line on the most threads.
+/// Descriptions of each line's row on the most threads: "1.8 (PBD, 10 substeps, 289), ...".
 template <class Said>
-std::string on_most_threads(const std::vector<std::vector<Json>>& all, const Said& said) {
+std::string on_most_threads(const std::vector<std::vector<Json>>& all, const Said& summary) {
   return listed(all, [&](const std::vector<Json>& group) {
     const Json& last = group.back();
-    return said(last) + " (" + method_of(last) + ", " + count_of(last) + ")";
+    return summary(last) + " (" + method_of(last) + ", " + count_of(last) + ")";
   });
 }
 std::string on_most_threads(const std::vector<std::vector<Json>>& all, const std::string& of, const char* format,
@@ -82,7 +82,7 @@ Section strong(const Json& rows, const std::string& pinning) {
                            "times as fast",
                            "by the least step",
                            "efficiency",
-                           "serial share",
+                           "serial fraction",
                            "GB/s that must move",
                            "triad, GB/s",
                            "imbalance by patches",
@@ -104,18 +104,18 @@ Section strong(const Json& rows, const std::string& pinning) {
   double load = 0;
   for (const auto& group : all) load = std::max(load, number(group[0], "load_average"));
   section.sentences = {
-      pinning +
-          formatted("; the load average was %.1f at most before a case, this study's own threads among it.", load) +
-          (load > 1.2 * most ? " Other programs had the cores too: medians are of their work as much as of this." : ""),
-      formatted("Times as fast on %d threads as on one, the medians of turns: ", most) +
+      pinning + formatted("; the load average before a case was at most %.1f, including this study's threads.", load) +
+          (load > 1.2 * most ? " Other programs used the cores too, and affect the medians." : ""),
+      formatted("Times as fast on %d threads as on one, medians of the turns: ", most) +
           on_most_threads(all, "times_as_fast", "%.2f") + "." + scaling_left_out(rows, "strong"),
-      "Times as fast by the least step of each, the one least disturbed: " +
+      "Times as fast by the shortest step of each, which other programs disturb least: " +
           on_most_threads(all, "undisturbed_times_as_fast", "%.2f") + ".",
-      formatted("The share that more threads do not speed up, fitted to all of them (of two numbers of threads: what "
-                "the second one says): ") +
+      formatted(
+          "The serial fraction, fitted to all numbers of threads (if there are two, computed from the second): ") +
           on_most_threads(all, share_of) +
-          ". Not fitted: no share from 0 to 1 is the best, because more threads are faster than their number, or "
-          "slower than one.",
+          ". Not fitted: the best fraction is not between 0 and 1, because speed-ups are larger than the number of "
+          "threads, "
+          "or more threads are slower than one.",
       std::string("The states after the same steps are ") + (same ? "the same bits" : "NOT the same bits") +
           " on every number of threads."};
   section.chart =
@@ -134,9 +134,9 @@ Section weak(const Json& rows) {
                                     formatted("%.4g", number(row, "step_ms")),
                                     formatted("%.0f %%", 100 * number(row, "efficiency"))});
   section.sentences = {
-      "Efficiency is the time of one thread over that of all, each with as many particles a thread: " +
+      "Efficiency is the time of one thread over that of all threads, with as many particles per thread: " +
       on_most_threads(all, "efficiency", "%.0f %%", 100) + "." + scaling_left_out(rows, "weak") +
-      " A sparse factor's work grows a little faster than its particles, which counts against it here."};
+      " The work of a sparse factor grows a little faster than its particles, which lowers its efficiency here."};
   section.chart =
       chart(all, "weak",
             "Weak scaling: as many particles a thread (in names: of one thread; bars: least and most of the turns)",

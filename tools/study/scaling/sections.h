@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the study "scaling" says of its rows.
+// Sections of the study "scaling".
 #pragma once
 #include "tools/study/study.h"
 
 namespace malha::study {
 
-/// `rows`: of {kind: "strong" | "weak" | "launch"}; see scaling.cpp.
+/// All sections for the host. `rows`: {kind: "strong" | "weak" | "launch", ...}, see scaling.cpp. `pinning`: the OpenMP
+/// variables for thread affinity, in words.
 std::vector<Section> scaling_sections(const Json& rows, const std::string& pinning);
 
-/// The same of rows that were measured on a device, of which more threads are none.
+/// The section for a device, where only the size varies.
 Section scaling_on_device(const Json& rows);
 
 }  // namespace malha::study

@@ -12,52 +12,54 @@ namespace malha::study {
 namespace {
 
 using bench::formatted;
-using OfRow = std::function<double(const Json& row)>;
+using RowValue = std::function<double(const Json& row)>;
 
 double value_of(const Json& row, const char* key) { return row.at(key).get<double>(); }
 
-std::vector<Json> hung_rows_of(const Json& rows, const char* measures, const HangingWay& way, const std::string& mesh) {
+std::vector<Json> hanging_rows(const Json& rows, const char* measures, const HangingMethod& method,
+                               const std::string& mesh) {
   std::vector<Json> found;
   for (const Json& row : rows)
-    if (row["measures"] == measures && row["method"] == way.name && row["mesh"] == mesh && row["left_out"].is_null())
+    if (row["measures"] == measures && row["method"] == method.name && row["mesh"] == mesh && row["left_out"].is_null())
       found.push_back(row);
   return found;
 }
 
-/// A full line of the grids, a broken one of irregular meshes.
-Chart hung_chart(const std::vector<HangingWay>& ways, const Json& rows, const char* measures, bool settings,
-                 const std::string& name, const std::string& title, const std::string& axis, const OfRow& of_row) {
+/// A chart with a solid line of the grids and a dashed one of irregular meshes, for each method.
+Chart hanging_chart(const std::vector<HangingMethod>& methods, const Json& rows, const char* measures, bool settings,
+                    const std::string& name, const std::string& title, const std::string& axis,
+                    const RowValue& row_value) {
   Chart chart{name, "", {}};
-  for (const HangingWay& way : ways)
+  for (const HangingMethod& method : methods)
     for (const std::string mesh : {"grid", "irregular"}) {
       std::string points;
-      for (const Json& row : hung_rows_of(rows, measures, way, mesh))
-        points += formatted("%.9g %.9g\n", value_of(row, "side"), of_row(row));
+      for (const Json& row : hanging_rows(rows, measures, method, mesh))
+        points += formatted("%.9g %.9g\n", value_of(row, "side"), row_value(row));
       if (points.empty()) continue;
       const bool grid = mesh == "grid";
       chart.series.push_back({points,
-                              std::string("with linespoints ps 0.9 ") + way.line + (grid ? " pt 7" : " pt 6 dt 2"),
-                              (settings ? way.title() : way.name) + (grid ? "" : ", irregular")});
+                              std::string("with linespoints ps 0.9 ") + method.line + (grid ? " pt 7" : " pt 6 dt 2"),
+                              (settings ? method.title() : method.name) + (grid ? "" : ", irregular")});
     }
   chart.settings =
       "set logscale xy\nset xrange [12:1400]\nset xtics (17, 46, 100, 316, 1000)\nset format y "
       "'%g'\nset xlabel "
       "'particles a side (irregular meshes: square root of their number)'\nset ylabel '" +
-      axis + "'\nset title '" + title + "'\n" + bench::names_at_ends(chart.series);
+      axis + "'\nset title '" + title + "'\n" + bench::label_series_ends(chart.series);
   return chart;
 }
 
-/// "levels: 0.0025 at 17, 0.0035 at 316 a side" of the first and the last.
-std::string hung_ranges(const std::vector<HangingWay>& ways, const Json& rows, const char* measures,
-                        const std::string& mesh, const char* format, const OfRow& of_row) {
+/// The values at the first and the last side: "levels 0.0025 at 17, 0.0035 at 316".
+std::string hanging_ranges(const std::vector<HangingMethod>& methods, const Json& rows, const char* measures,
+                           const std::string& mesh, const char* format, const RowValue& row_value) {
   std::string line;
-  for (const HangingWay& way : ways) {
-    const std::vector<Json> found = hung_rows_of(rows, measures, way, mesh);
+  for (const HangingMethod& method : methods) {
+    const std::vector<Json> found = hanging_rows(rows, measures, method, mesh);
     if (found.empty()) continue;
-    line += (line.empty() ? "" : "; ") + way.name + " ";
+    line += (line.empty() ? "" : "; ") + method.name + " ";
     for (std::size_t k = 0; k < found.size(); k += std::max<std::size_t>(1, found.size() - 1))
-      line +=
-          (k == 0 ? "" : ", ") + formatted(format, of_row(found[k])) + formatted(" at %g", value_of(found[k], "side"));
+      line += (k == 0 ? "" : ", ") + formatted(format, row_value(found[k])) +
+              formatted(" at %g", value_of(found[k], "side"));
   }
   return line;
 }
@@ -70,43 +72,44 @@ std::string value_or_dash(const Json& row, const char* key, const char* format) 
 
 }  // namespace
 
-std::vector<Section> size_error_sections(const std::vector<HangingWay>& ways, const Json& rows) {
-  const OfRow strain = [](const Json& row) { return value_of(row, "strain_rms"); };
-  const OfRow error = [](const Json& row) { return value_of(row, "error_m"); };
+std::vector<Section> size_error_sections(const std::vector<HangingMethod>& methods, const Json& rows) {
+  const RowValue strain = [](const Json& row) { return value_of(row, "strain_rms"); };
+  const RowValue error = [](const Json& row) { return value_of(row, "error_m"); };
 
   Section strains{"How much a hanging cloth stretches, at about the same cost", {}, {}, {}};
   strains.sentences = {
-      "RMS strain of a cloth of 2 m and 1 kg 1 s after it was let go from the level, hung by a row, by "
+      "RMS strain of a cloth of 2 m and 1 kg, pinned at a row, 1 s after its release from the horizontal, by "
       "particles a side: " +
-          hung_ranges(ways, rows, "error", "grid", "%.2g", strain) + ".",
-      "Irregular triangles: " + hung_ranges(ways, rows, "error", "irregular", "%.2g", strain) + ".",
+          hanging_ranges(methods, rows, "error", "grid", "%.2g", strain) + ".",
+      "Irregular triangles: " + hanging_ranges(methods, rows, "error", "irregular", "%.2g", strain) + ".",
       "ns a particle and step of 1/60 s on one thread, grids: " +
-          hung_ranges(ways, rows, "error", "grid", "%.3g", ns_a_particle) + "."};
-  strains.chart = hung_chart(ways, rows, "error", true, "strain",
-                             "A hanging cloth after 1 s: its strain, at about the same cost", "RMS strain", strain);
+          hanging_ranges(methods, rows, "error", "grid", "%.3g", ns_a_particle) + "."};
+  strains.chart = hanging_chart(methods, rows, "error", true, "strain",
+                                "A hanging cloth after 1 s: its strain, at about the same cost", "RMS strain", strain);
   strains.table.columns = {"method",         "mesh",       "a side",         "ns a particle",
                            "levels",         "RMS strain", "largest strain", "m off after 0.5 s",
                            "m off after 1 s"};
 
   Section errors{"How far off a hanging cloth is, at about the same cost", {}, {}, {}};
   errors.sentences = {
-      "The truth is a cloth in which nothing stretches: its rows move as the joints of a chain (SHAKE, in "
-      "double, 500 links). RMS distance to it after 1 s, m: " +
-          hung_ranges(ways, rows, "error", "grid", "%.2g", error) + ".",
-      "Irregular triangles: " + hung_ranges(ways, rows, "error", "irregular", "%.2g", error) + "."};
-  errors.chart = hung_chart(ways, rows, "error", true, "error",
-                            "A hanging cloth after 1 s: distance to one that does not stretch, at about the same cost",
-                            "RMS distance to the truth, m", error);
+      "The reference is an inextensible cloth: its rows move as the joints of a chain (SHAKE, in double, 500 links). "
+      "RMS distance to it after 1 s, m: " +
+          hanging_ranges(methods, rows, "error", "grid", "%.2g", error) + ".",
+      "Irregular triangles: " + hanging_ranges(methods, rows, "error", "irregular", "%.2g", error) + "."};
+  errors.chart =
+      hanging_chart(methods, rows, "error", true, "error",
+                    "A hanging cloth after 1 s: distance to one that does not stretch, at about the same cost",
+                    "RMS distance to the truth, m", error);
 
   Section work{"What a strain of 1 % costs", {}, {}, {}};
   work.sentences = {
-      "The fewest substeps (of Desbrun: refinements of one) that leave an RMS strain of 1 % after 1 s, ns a "
-      "particle and step: " +
-          hung_ranges(ways, rows, "work", "grid", "%.3g", ns_a_particle) + ".",
-      "Irregular triangles: " + hung_ranges(ways, rows, "work", "irregular", "%.3g", ns_a_particle) + "."};
+      "Time of the fewest substeps (Desbrun: refinements of one substep) that leave an RMS strain of 1 % after 1 s, in "
+      "ns a particle and step: " +
+          hanging_ranges(methods, rows, "work", "grid", "%.3g", ns_a_particle) + ".",
+      "Irregular triangles: " + hanging_ranges(methods, rows, "work", "irregular", "%.3g", ns_a_particle) + "."};
   work.chart =
-      hung_chart(ways, rows, "work", false, "work", "A hanging cloth after 1 s: what an RMS strain of 1 % costs",
-                 "ns a particle and step", ns_a_particle);
+      hanging_chart(methods, rows, "work", false, "work", "A hanging cloth after 1 s: what an RMS strain of 1 % costs",
+                    "ns a particle and step", ns_a_particle);
   work.table.columns = {"method",        "mesh",       "a side",         "substeps or refinements", "levels",
                         "ns a particle", "RMS strain", "largest strain", "m off after 1 s"};
 

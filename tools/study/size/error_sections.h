@@ -1,22 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the study "size" says of errors: against the number of particles, and what little error costs.
+// Sections of the study "size" about errors: over the number of particles, and the cost of a given error.
 #pragma once
 #include "tools/study/study.h"
 
 namespace malha::study {
 
-/// A way to have the cloth hang, as charts and tables name it.
-struct HangingWay {
+/// A method for the hanging cloth, with its names in charts and tables.
+struct HangingMethod {
   std::string name;      // "levels", "PBD"
-  std::string settings;  // at about the cost of levels with 10 substeps
-  const char* line;      // of gnuplot: PBD's is wide, because XPBD's lies on it
+  std::string settings;  // of about the same cost as levels with 10 substeps
+  const char* line;      // gnuplot's line style; PBD's is wide, because XPBD's coincides with it
   std::string title() const { return name + ", " + settings; }
 };
 
-/// The strain that "1 %" means.
-constexpr double kRightStrain = 0.01;
+/// The RMS strain that the rows of "work" reach.
+constexpr double kTargetStrain = 0.01;
 
-/// `rows`: "measures": "error" or "work", "method", "mesh", "side", and where they were run the numbers.
-std::vector<Section> size_error_sections(const std::vector<HangingWay>& ways, const Json& rows);
+/// `rows`: {measures: "error" or "work", method, mesh, side, left_out, ...}, with the measured values if they were run.
+std::vector<Section> size_error_sections(const std::vector<HangingMethod>& methods, const Json& rows);
 
 }  // namespace malha::study

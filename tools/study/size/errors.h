@@ -1,16 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// Part of the study "size": how far off a hanging cloth is, and what it costs to have it right, from small bodies to
-// large ones.
+// Part of the study "size": error of a hanging cloth, and the cost of a given strain, from small bodies to large ones.
 #pragma once
 #include "tools/study/study.h"
 
 namespace malha::study {
 
-/// Rows of errors after 1 s and of the work for a strain of 1 %, a cell each.
+/// Rows of errors after 1 s and of the work for a strain of 1 %, one cell each.
 Json size_errors(Cells& cells);
-/// Adds them and their sections.
+/// Adds the rows and their sections to the findings.
 void add_size_errors(const Json& rows, Findings& findings);
-/// How many cells those are.
+/// The number of cells of size_errors().
 int size_error_cells(bool quick);
 
 }  // namespace malha::study

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the study "size" says: time, memory and set-up a particle.
+// Sections of the study "size": time, memory and set-up per particle.
 #pragma once
 #include "tools/study/study.h"
 

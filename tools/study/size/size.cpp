@@ -43,26 +43,26 @@ double sum(const Parts& all) {
 }
 
 Json run(const ClothMethod& method, int side, const Cells& cells) {
-  const double particles = static_cast<double>(side) * side, needs = method.bytes_to_set_up(particles);
+  const double particles = static_cast<double>(side) * side, needs = method.setup_peak_bytes(particles);
   const auto has = static_cast<double>(available_memory());
   if (needs > 0.8 * has) return {{"left_out", "it takes " + in_gib(needs) + ", and " + in_gib(has) + " are free"}};
   const auto before = resident_bytes();
-  forget_peak();
+  reset_peak();
   std::unique_ptr<Simulation> simulation;
-  std::vector<double> setups;  // what is soon done is done several times
+  std::vector<double> setups;  // short set-ups are repeated
   do {
     simulation.reset();
     setups.push_back(seconds(
         [&] { simulation = std::make_unique<Simulation>(method.scene(side), SimulationOptions{.threads = 1}); }));
   } while (setups[0] < 0.3 && static_cast<int>(setups.size()) < kTurns);
-  cells.go_on();
+  cells.check_interrupt();
   simulation->step();
-  const auto peak = peak_bytes(), held = resident_bytes();
-  // As long a window for all, so that a small body's is not one interrupt.
+  const auto peak = peak_bytes(), resident = resident_bytes();
+  // All sizes are measured for as long, so that a single interrupt does not distort a small body's time.
   std::vector<double> steps;
   for (int turn = 0; turn < kTurns; ++turn) {
-    steps.push_back(bench::seconds_each([&] { simulation->step(); }, cells.quick() ? 0.005 : 0.2));
-    cells.go_on();
+    steps.push_back(bench::mean_seconds([&] { simulation->step(); }, cells.quick() ? 0.005 : 0.2));
+    cells.check_interrupt();
   }
   const SolverStats& facts = simulation->solver().facts();
   const Parts memory = memory_parts(simulation->model(), facts);
@@ -77,12 +77,12 @@ Json run(const ClothMethod& method, int side, const Cells& cells) {
             {"bytes_by_owner", parts(memory)},
             {"held_bytes", nullptr},
             {"peak_bytes", nullptr}};
-  if (before && held) cell["held_bytes"] = *held - *before;
+  if (before && resident) cell["held_bytes"] = *resident - *before;
   if (before && peak) cell["peak_bytes"] = *peak - *before;
   return cell;
 }
 
-/// A flat row; what is nested gets the names of both.
+/// A flat row: nested values get names such as bytes_by_owner_particles.
 Json row(const ClothMethod& method, int side, const Json& cell) {
   Json row{{"method", method.name}, {"side", side}, {"particles", side * side}, {"left_out", nullptr}};
   for (const auto& [name, value] : cell.items()) {
@@ -102,11 +102,11 @@ Findings run_size(Cells& cells) {
   cells.plan(planned + size_error_cells(cells.quick()));
   for (const ClothMethod& method : cloth_methods())
     for (const int side : sides(method, cells.quick()))
-      findings.rows.push_back(row(method, side, cells(method.name + ", " + grouped(side * side) + " particles", [&] {
-                                    return run(method, side, cells);
-                                  })));
+      findings.rows.push_back(row(method, side,
+                                  cells(method.name + ", " + with_commas(side * side) + " particles",
+                                        [&] { return run(method, side, cells); })));
   const Json errors = size_errors(cells);
-  if (cells.partial()) return findings;
+  if (cells.is_partial()) return findings;
   findings.sections = size_sections(findings.rows);
   add_size_errors(errors, findings);
   return findings;

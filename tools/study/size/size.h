@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Study "size": what a particle costs in time, memory and set-up, from small bodies to millions of particles.
+// Study "size": time, memory and set-up per particle, from small bodies to millions of particles.
 #pragma once
 #include "tools/study/study.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Known failures of the study "stability" that are of Desbrun's linear filter.
+// Part of the study "stability": known failures of Desbrun's linear filter.
 #include <cmath>
 #include <map>
 
@@ -25,7 +25,7 @@ SolverSpec filtered(Corrector corrector, int refine) {
   return solver;
 }
 
-/// A sheet of 0.2 kg thrown and turning about all axes, without weight, its springs a tenth too long.
+/// A free sheet of 0.2 kg that rotates about all axes without gravity; its springs start a tenth longer than at rest.
 Scene tumbling(double stiffness, const SolverSpec& solver) {
   Scene scene = hanging_sheet(9, 1, 0.2, 1 / stiffness);
   scene.gravity = {0, 0, 0}, scene.solver = solver;
@@ -34,11 +34,11 @@ Scene tumbling(double stiffness, const SolverSpec& solver) {
   return scene;
 }
 
-/// The change of angular momentum over itself in 10 steps.
-double lost_momentum(const Scene& scene, const Cells& cells) {
+/// The relative change of angular momentum in 10 steps.
+double relative_momentum_change(const Scene& scene, const Cells& cells) {
   Simulation simulation(scene, {.threads = 1});
   const auto before = simulation.measure().angular_momentum;
-  for (int step = 0; step < 10; ++step) simulation.step(), cells.go_on();
+  for (int step = 0; step < 10; ++step) simulation.step(), cells.check_interrupt();
   auto after = simulation.measure().angular_momentum;
   for (int k = 0; k < 3; ++k) after[k] -= before[k];
   return norm(after) / norm(before);
@@ -49,39 +49,39 @@ std::vector<double> stiffnesses(bool quick) {
                : std::vector<double>{1e-3, 1e-2, 0.1, 1, 10, 100, 1e3, 1e4, 1e5, 1e6};
 }
 
-/// A straight chain of 1 m held at one end, let go horizontally: how deep its end is after 0.25 s.
+/// A straight chain of 1 m, pinned at one end and released from the horizontal.
 Scene falling_chain(double stiffness, const SolverSpec& solver) {
-  Scene scene = held_chain({1, 0, 0}, 10, 0.1, 1 / stiffness);
+  Scene scene = pinned_chain({1, 0, 0}, 10, 0.1, 1 / stiffness);
   scene.solver = solver, scene.solver.dt = kFrame;
   return scene;
 }
 
-constexpr int kFallen = 15;  // frames
+constexpr int kFallFrames = 15;  // frames
 
-/// RMS distance of its end state from the true one, m.
-double off_truth(const Scene& scene, const Vector& truth, const Cells& cells) {
+/// RMS distance of the final state from the true one, m.
+double final_distance(const Scene& scene, const Vector& truth, const Cells& cells) {
   Simulation simulation(scene, {.threads = 1});
-  for (int step = 0; step < kFallen; ++step) simulation.step(), cells.go_on();
+  for (int step = 0; step < kFallFrames; ++step) simulation.step(), cells.check_interrupt();
   return rms_distance(flat(simulation.positions()), truth);
 }
 
-/// A sheet hanging at rest, by the same filter: its largest strain after 3 s.
+/// The largest strain after 3 s of a sheet that hangs at rest.
 double strain_at_rest(int n, bool internal_only, double h, const Cells& cells) {
   Scene scene = hanging_sheet(n, 1, 0.2, 1e-4);
   scene.bodies[0].transform.axis = {1, 0, 0}, scene.bodies[0].transform.degrees = 90;
   scene.solver = filtered(Corrector::Inertia, 0), scene.solver.dt = h;
   scene.solver.desbrun.filter_external_forces = !internal_only;
   Simulation simulation(scene, {.threads = 1});
-  for (int step = 0; step < int(3 / h); ++step) simulation.step(), cells.go_on();
+  for (int step = 0; step < int(3 / h); ++step) simulation.step(), cells.check_interrupt();
   return simulation.measure().strain_max;
 }
 
 Section turning(Cells& cells, Json& rows) {
-  Lines lines{"turning",
-              "Parts that turn: a chain falls about its pin for 0.25 s, steps of 1/60 s",
-              "k h^2 / m",
-              "RMS distance from the true springs (m)",
-              {}};
+  LineChart lines{"turning",
+                  "Rotating parts: a chain falls about its pin for 0.25 s, steps of 1/60 s",
+                  "k h^2 / m",
+                  "RMS distance from the true springs (m)",
+                  {}};
   const double mass = 0.01;
   const std::vector<double> all =
       cells.quick() ? std::vector<double>{1e3, 1e5} : std::vector<double>{1e2, 1e3, 1e4, 1e5, 1e6};
@@ -91,15 +91,17 @@ Section turning(Cells& cells, Json& rows) {
     const Json x = cells(formatted("turning: truth, %g", k), [&]() -> Json {
       State state = system->start;
       const double h = 0.5 / largest_frequency(*system, state.x);
-      const int steps = int(std::ceil(kFallen * kFrame / h));
-      for (int step = 0; step < steps; ++step) rk4(*system, kFallen * kFrame / steps, state), cells.go_on();
+      const int steps = int(std::ceil(kFallFrames * kFrame / h));
+      for (int step = 0; step < steps; ++step)
+        rk4(*system, kFallFrames * kFrame / steps, state), cells.check_interrupt();
       return numbers_of(state.x);
     });
     truth[k] = vector_of(x.get<std::vector<double>>());
   }
   const auto add = [&](const std::string& title, const SolverSpec& solver) {
-    lines.lines.push_back(line_over(cells, lines, title, all, kFrame * kFrame / mass,
-                                    [&](double k) { return off_truth(falling_chain(k, solver), truth.at(k), cells); }));
+    lines.lines.push_back(line_over(cells, lines, title, all, kFrame * kFrame / mass, [&](double k) {
+      return final_distance(falling_chain(k, solver), truth.at(k), cells);
+    }));
   };
   for (const auto& [refine, substeps] : {std::pair{0, 1}, {4, 1}, {16, 1}, {0, 16}, {0, 256}}) {
     SolverSpec solver = filtered(Corrector::Off, refine);
@@ -112,39 +114,39 @@ Section turning(Cells& cells, Json& rows) {
   Section section = lines_section(lines, rows);
   for (const Line& line : lines.lines) {
     const auto& [x, y] = line.points.back();
-    section.sentences.push_back(line.title + formatted(": %.2g m off at k h^2 / m = %.2g.", y, x));
+    section.sentences.push_back(line.title + formatted(": error %.2g m at k h^2 / m = %.2g.", y, x));
   }
   section.sentences.push_back(
-      "A corrector of the whole body's momentum does not see parts that turn against each other, nor pinned bodies. "
-      "What guards: \"refinement_iterations\" where k h^2 / m is small, substeps, or XPBD; run and plan warn where the "
-      "filter damps "
-      "what swings about its pins by more than a fifth of the critical.");
+      "The corrector of a body's total momentum does not act on parts that rotate against each other, nor on pinned "
+      "bodies. Remedies: \"refinement_iterations\" if k h^2 / m is small, substeps, or XPBD; run and plan warn if the "
+      "filter damps oscillations about the pins by more than a fifth of critical damping.");
   return section;
 }
 
 }  // namespace
 
 Section torque_failure(Cells& cells, Json& rows) {
-  Lines lines{"torque",
-              "Torque of the linear filter: a free turning sheet, 10 steps of 1/60 s",
-              "k h^2 / m",
-              "change of angular momentum over itself",
-              {}};
+  LineChart lines{"torque",
+                  "Torque of the linear filter: a free rotating sheet, 10 steps of 1/60 s",
+                  "k h^2 / m",
+                  "relative change of angular momentum",
+                  {}};
   const double mass = 0.2 / 81;
-  struct How {
+  struct CorrectorCase {
     const char* title;
     Corrector corrector;
     int refine;
   };
   for (const auto& [title, corrector, refine] :
-       {How{"corrector paper", Corrector::Paper, 0}, How{"corrector off", Corrector::Off, 0},
-        How{"corrector inertia (default)", Corrector::Inertia, 0}, How{"corrector off, refine 8", Corrector::Off, 8},
-        How{"corrector off, refine 32", Corrector::Off, 32}}) {
+       {CorrectorCase{"corrector paper", Corrector::Paper, 0}, CorrectorCase{"corrector off", Corrector::Off, 0},
+        CorrectorCase{"corrector inertia (default)", Corrector::Inertia, 0},
+        CorrectorCase{"corrector off, refine 8", Corrector::Off, 8},
+        CorrectorCase{"corrector off, refine 32", Corrector::Off, 32}}) {
     const SolverSpec solver = filtered(corrector, refine);
     lines.lines.push_back(line_over(cells, lines, title, stiffnesses(cells.quick()), kFrame * kFrame / mass,
-                                    [&](double k) { return lost_momentum(tumbling(k, solver), cells); }));
+                                    [&](double k) { return relative_momentum_change(tumbling(k, solver), cells); }));
   }
-  if (cells.partial()) return {};
+  if (cells.is_partial()) return {};
   Section section = lines_section(lines, rows);
   const double x = lines.lines[0].points[cells.quick() ? 2 : 4].first;
   for (const Line& line : lines.lines)
@@ -152,23 +154,24 @@ Section torque_failure(Cells& cells, Json& rows) {
                                 (std::isfinite(line.at(x)) ? formatted(": %.2g", line.at(x)) : ": not finite") +
                                 formatted(" at k h^2 / m = %.2g.", x));
   section.sentences.push_back(
-      "What guards: the default corrector, which uses the inertia of the body; run and plan warn where another one is "
-      "asked for and half would be lost in 10 steps, or refined too little.");
+      "Remedy: the default corrector, which uses the body's inertia; run and plan warn if the scene has another one "
+      "and "
+      "too few refinements, so that half of the angular momentum would be lost in 10 steps.");
   return section;
 }
 
 Section turning_failure(Cells& cells, Json& rows) {
   Section section;
-  cells.together([&] { section = turning(cells, rows); });  // distances need the truth
+  cells.measure_together([&] { section = turning(cells, rows); });  // errors need the reference solution
   return section;
 }
 
 Section weight_failure(Cells& cells, Json& rows) {
-  Lines lines{"weight",
-              "Weight that goes round the filter: a sheet of 1 m hanging at rest by a row",
-              "g h^2 / l",
-              "largest strain after 3 s",
-              {}};
+  LineChart lines{"weight",
+                  "Gravity that is not filtered: a sheet of 1 m hanging at rest by a row",
+                  "g h^2 / l",
+                  "largest strain after 3 s",
+                  {}};
   for (const bool internal_only : {true, false}) {
     Line line{internal_only ? "filter_external_forces: false" : "filter_external_forces: true (default)", {}};
     for (const auto& sheet : cells.quick()
@@ -182,13 +185,13 @@ Section weight_failure(Cells& cells, Json& rows) {
     }
     lines.lines.push_back(line);
   }
-  if (cells.partial()) return {};
+  if (cells.is_partial()) return {};
   Section section = lines_section(lines, rows);
   const double x = lines.lines[0].points.back().first;
-  section.sentences = {formatted("At g h^2 / l = %.2g the largest strain is %.2g with gravity round the filter and "
-                                 "%.2g with all forces filtered.",
+  section.sentences = {formatted("At g h^2 / l = %.2g the largest strain is %.2g if gravity is not filtered and "
+                                 "%.2g if all forces are.",
                                  x, lines.lines[0].at(x), lines.lines[1].at(x)),
-                       "What guards: all forces are filtered by default; run and plan warn where "
+                       "Remedy: all forces are filtered by default; run and plan warn if "
                        "\"filter_external_forces\": false would "
                        "stretch springs by more than 40 %."};
   return section;

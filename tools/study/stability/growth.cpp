@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Of the study "stability": by how much substeps multiply small motions about rest, by the order of the sweep and of
-// all kinds, and what a free body keeps over a minute.
+// Part of the study "stability": growth of small motions about rest, by the order of the sweep and by the kind of
+// constraint, and conservation of a free body's energy and momenta over a minute.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -22,14 +22,14 @@ namespace {
 
 using bench::formatted;
 
-constexpr double kNone = 0.1;  // 1/s: what grows less or fades is drawn here
+constexpr double kLeastGrowth = 0.1;  // 1/s; smaller and negative growth is drawn here
 
 ConstraintSpec of_kind(const std::string& type, std::optional<double> rigidity = {}, double stiffness = 1) {
   ConstraintSpec spec;
   spec.type = type, spec.rigidity = rigidity, spec.stiffness = stiffness;
   if (type == "distance") spec.elements = {"edges"};
   if (type == "membrane" || type == "neo_hookean") spec.young_modulus = 1000, spec.parameter = 0.3;
-  if (type == "plate") spec.parameter = 0;  // of Poisson
+  if (type == "plate") spec.parameter = 0;  // Poisson's ratio
   return spec;
 }
 
@@ -42,15 +42,15 @@ Scene body_in_vacuum(const Shape& shape, const std::vector<ConstraintSpec>& kind
   return scene;
 }
 
-/// 1/s; NaN where the body comes to no rest.
+/// Growth rate of small motions about rest, 1/s; NaN if the body does not come to rest.
 double growth_of(const Scene& scene, const Cells& cells) {
   constexpr int steps = 180;
   const auto found = measure_amplification(scene, 0, steps);
-  cells.go_on();
+  cells.check_interrupt();
   return found ? found->growth : NAN;
 }
 
-/// The same points, row by row or as they are, which is shuffled.
+/// An irregular sheet whose points are numbered row by row, or shuffled.
 Shape irregular(bool by_rows) {
   Mesh mesh = bench::irregular_sheet(17, 1);
   if (by_rows) {
@@ -71,59 +71,58 @@ Shape irregular(bool by_rows) {
   return MeshDataShape{mesh.points, mesh.faces, {}, {}};
 }
 
-struct Numbered {
+struct SweepOrder {
   std::string title;
   std::vector<int> order;
   bool back = false;
 };
 
-Section by_order(Cells& cells, Json& rows) {
-  Lines lines{"amplification",
-              "Growth of small motions about rest, by the order of the sweep: a shell of 162 particles",
-              "substeps a frame of 1/60 s",
-              "growth a second (0.1: none)",
-              {}};
+Section growth_by_order(Cells& cells, Json& rows) {
+  LineChart lines{"amplification",
+                  "Growth of small motions about rest, by the order of the sweep: a shell of 162 particles",
+                  "substeps a frame of 1/60 s",
+                  "growth a second (0.1: none)",
+                  {}};
   const Shape shell = SphereShape{0.5, 2};
   const std::vector<ConstraintSpec> lengths{of_kind("distance")};
   Scene springs = body_in_vacuum(shell, lengths, 1);
-  springs.bodies[0].constraints[0].compliance = 1;  // which linear_sweep() does not look at
+  springs.bodies[0].constraints[0].compliance = 1;  // required by spring_system(); linearised_sweep() does not use it
   const auto system = spring_system(springs);
   std::vector<int> in_order(system->springs.size());
   std::iota(in_order.begin(), in_order.end(), 0);
   std::vector<int> shuffled = in_order;
   std::mt19937 random(1);
   for (std::size_t k = shuffled.size(); k > 1; --k) std::swap(shuffled[k - 1], shuffled[random() % k]);
-  std::vector<Numbered> all{{"one way, in order", in_order}, {"there and back, in order", in_order, true}};
+  std::vector<SweepOrder> all{{"one way, in order", in_order}, {"there and back, in order", in_order, true}};
   if (!cells.quick())
     all.insert(all.begin() + 1, {{"one way, shuffled", shuffled}, {"one way, by colours", order_by_colour(*system)}});
   const std::vector<double> counts =
       cells.quick() ? std::vector<double>{10, 160} : std::vector<double>{10, 20, 40, 80, 160};
-  for (const Numbered& numbered : all) {
-    Line of_substep{numbered.title, {}}, line{numbered.title, {}};
-    of_substep.add(1, cells, "amplification, " + numbered.title, [&] {
-      std::vector<int> order = numbered.order;
-      if (numbered.back) order.insert(order.end(), numbered.order.rbegin(), numbered.order.rend());
-      return amplification_by(linear_sweep(*system, order));
+  for (const SweepOrder& sweep_order : all) {
+    Line of_substep{sweep_order.title, {}}, line{sweep_order.title, {}};
+    of_substep.add(1, cells, "amplification, " + sweep_order.title, [&] {
+      std::vector<int> order = sweep_order.order;
+      if (sweep_order.back) order.insert(order.end(), sweep_order.order.rbegin(), sweep_order.order.rend());
+      return amplification_of_sweep(linearised_sweep(*system, order));
     });
     for (const double n : counts)
-      line.points.push_back({n, std::max(kNone, std::log(of_substep.at(1)) * n / kFrame)}),
+      line.points.push_back({n, std::max(kLeastGrowth, std::log(of_substep.at(1)) * n / kFrame)}),
           line.cells.push_back(of_substep.cells[0]);
     lines.lines.push_back(line);
   }
-  const Line ours = line_over(cells, lines, "malha", counts, 1, [&](double n) {
-    return std::max(kNone, growth_of(body_in_vacuum(shell, lengths, int(n)), cells));
+  const Line malha_line = line_over(cells, lines, "malha", counts, 1, [&](double n) {
+    return std::max(kLeastGrowth, growth_of(body_in_vacuum(shell, lengths, int(n)), cells));
   });
-  lines.lines.push_back(ours);
-  if (cells.partial()) return {};
+  lines.lines.push_back(malha_line);
+  if (cells.is_partial()) return {};
   Section section = lines_section(lines, rows);
   section.sentences.push_back(
-      "Hard constraints on the lengths of its edges. Of the plain orders it is the spectral radius by the eigenvalues "
-      "of "
-      "the whole linearised sweep; of malha it is measured as malha plan does.");
+      "Hard constraints on the lengths of the edges. For the plain orders the growth is the spectral radius from the "
+      "eigenvalues of the whole linearised sweep; for malha it is measured as by malha plan.");
   for (const Line& line : lines.lines) {
     const auto& [n, growth] = line.points.front();
     section.sentences.push_back(
-        line.title + (growth > kNone
+        line.title + (growth > kLeastGrowth
                           ? formatted(": with %g substeps motion grows by %.3g a second, %.3g times a substep.", n,
                                       growth, std::exp(growth * kFrame / n))
                           : ": it does not grow."));
@@ -131,7 +130,7 @@ Section by_order(Cells& cells, Json& rows) {
   return section;
 }
 
-Section by_kind(Cells& cells, Json& rows) {
+Section growth_by_kind(Cells& cells, Json& rows) {
   Section section{"Growth of small motions about rest: kinds, meshes, numberings"};
   const std::vector<int> counts = cells.quick() ? std::vector<int>{10} : std::vector<int>{10, 40, 160};
   section.table.columns = {"constraints", "mesh"};
@@ -147,11 +146,11 @@ Section by_kind(Cells& cells, Json& rows) {
   const std::vector<std::pair<std::string, Shape>> meshes{{"grid of 17 x 17", GridShape{{1, 1}, {16, 16}}},
                                                           {"irregular, by rows", irregular(true)},
                                                           {"irregular, shuffled", irregular(false)}};
-  struct One {
+  struct GrowthCase {
     std::string kind, mesh;
     Scene scene;
   };
-  std::vector<One> all;
+  std::vector<GrowthCase> all;
   for (const auto& [kind, constraints] : kinds)
     for (const auto& [mesh, shape] : meshes)
       if (!cells.quick() || (mesh == meshes.back().first && kind != "membrane of 1 kN/m"))
@@ -166,7 +165,7 @@ Section by_kind(Cells& cells, Json& rows) {
     all.push_back({"distance, with levels", "grid of 47 x 47, pinned by a row", hung});
   }
   double most = -INFINITY;
-  for (const One& one : all) {
+  for (const GrowthCase& one : all) {
     std::vector<std::string> row{one.kind, one.mesh};
     for (const int n : counts) {
       Scene scene = one.scene;
@@ -184,30 +183,29 @@ Section by_kind(Cells& cells, Json& rows) {
                       {"x", n},
                       {"y_name", "growth a second"},
                       {"y", growth}});
-      keep_machine(rows.back(), cell.cells[0]);
+      copy_machine(rows.back(), cell.cells[0]);
     }
     section.table.rows.push_back(row);
   }
-  if (cells.partial()) return {};
-  section.sentences = {
-      "Bodies of 1 m in vacuum, which nothing damps, by malha in double, as malha plan measures them over 3 s.",
-      formatted("The largest growth of all is %.2g a second: ", most) +
-          (most < 0.5 ? "none adds energy." : "some add energy.")};
+  if (cells.is_partial()) return {};
+  section.sentences = {"Undamped bodies of 1 m in vacuum, by malha in double, as malha plan measures them over 3 s.",
+                       formatted("The largest growth of all is %.2g a second: ", most) +
+                           (most < 0.5 ? "none adds energy." : "some add energy.")};
   return section;
 }
 
 }  // namespace
 
 std::vector<Section> growth_of_motion(Cells& cells, Json& rows) {
-  return {by_order(cells, rows), by_kind(cells, rows)};
+  return {growth_by_order(cells, rows), growth_by_kind(cells, rows)};
 }
 
 Section minute_in_vacuum(Cells& cells, Json& rows) {
-  Lines lines{"minute",
-              "A free shell that turns, in vacuum, 10 substeps: what it keeps",
-              "time (s)",
-              "change, over what it had",
-              {}};
+  LineChart lines{"minute",
+                  "A free shell that turns, in vacuum, 10 substeps: what it keeps",
+                  "time (s)",
+                  "change, over what it had",
+                  {}};
   Scene scene = body_in_vacuum(SphereShape{0.5, 2}, {of_kind("distance")}, 10);
   scene.bodies[0].transform.scale = {1, 2, 0.5};  // so that it tumbles
   scene.bodies[0].velocity = {0.3, 0.2, -0.1}, scene.bodies[0].spin = {2, 3, -1};
@@ -215,26 +213,26 @@ Section minute_in_vacuum(Cells& cells, Json& rows) {
   springs.bodies[0].constraints[0].compliance = 1;
   auto system = spring_system(springs);
   for (Spring& s : system->springs) s.stiffness = 0;  // hard: no elastic energy
-  const Balance then = balance(*system, system->start);
+  const ConservedQuantities then = conserved_quantities(*system, system->start);
   const std::vector<double> times =
       cells.quick() ? std::vector<double>{1, 10} : std::vector<double>{1, 2, 5, 10, 20, 60};
-  enum Kept { Energy, Momentum, Angular };
+  enum Quantity { Energy, Momentum, Angular };
   constexpr std::array names{"energy", "momentum", "angular momentum"};
-  const auto add = [&](const std::string& title, const std::vector<Kept>& shown, const std::function<void()>& frame,
+  const auto add = [&](const std::string& title, const std::vector<Quantity>& shown, const std::function<void()>& frame,
                        const std::function<State()>& state) {
     const Json cell = cells("minute: " + title, [&]() -> Json {
       Json at = Json::array();
       int frames = 0;
       for (const double time : times) {
-        for (; frames < std::lround(time / kFrame); ++frames) frame(), cells.go_on();
-        const Balance now = balance(*system, state());
+        for (; frames < std::lround(time / kFrame); ++frames) frame(), cells.check_interrupt();
+        const ConservedQuantities now = conserved_quantities(*system, state());
         at.push_back({std::abs(now.kinetic - then.kinetic) / then.kinetic,
                       (now.momentum - then.momentum).norm() / then.momentum.norm(),
                       (now.angular_momentum - then.angular_momentum).norm() / then.angular_momentum.norm()});
       }
       return {{"at", at}};
     });
-    for (const Kept what : shown) {
+    for (const Quantity what : shown) {
       Line line{title + ": " + names[what], {}};
       for (std::size_t k = 0; cell.is_object() && k < times.size(); ++k)
         line.points.push_back({times[k], cell["at"][k][what].get<double>()}), line.cells.push_back(cell);
@@ -257,15 +255,15 @@ Section minute_in_vacuum(Cells& cells, Json& rows) {
           return State{flat(simulation.positions()), flat(simulation.velocities())};
         });
   }
-  if (cells.partial()) return {};
+  if (cells.is_partial()) return {};
   Section section = lines_section(lines, rows);
   section.sentences.push_back(
       formatted("After %g s, over what there was: ", times.back()) +
       listed(lines.lines, [&](const Line& line) { return line.title + formatted(" %.2g", line.at(times.back())); }) +
       ".");
   section.sentences.push_back(
-      "One way: a plain sweep in double by colours, along the gradients where each constraint is. malha goes there and "
-      "back, along the gradients where the substep began.");
+      "One way: a plain sweep in double by colours, along current gradients. malha's sweeps are symmetric (there and "
+      "back), along the gradients at the start of the substep.");
   return section;
 }
 

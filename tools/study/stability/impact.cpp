@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Of the study "stability": stiff shells of irregular meshes that hit the ground.
+// Part of the study "stability": stiff shells of irregular meshes hit the ground.
 #include <algorithm>
 #include <cmath>
 #include <fstream>
@@ -39,7 +39,8 @@ Scene falling_shell(const std::string& file, double lowest, const ConstraintSpec
   return scene;
 }
 
-/// The largest speed, over the fastest by a fall from the highest point to the ground, and strain of so many meshes.
+/// The largest speed, over that of a fall from the highest point to the ground, and the largest strain, of `meshes`
+/// irregular meshes.
 Json worst_impact(const ConstraintSpec& bending, int meshes, const Cells& cells) {
   double speed = 0, strain = 0;
   for (int seed = 0; seed < meshes; ++seed) {
@@ -51,7 +52,7 @@ Json worst_impact(const ConstraintSpec& bending, int meshes, const Cells& cells)
     double top = 0;
     for (const Vec3& x : simulation.positions()) top = std::max(top, x[1]);
     for (int frame = 0; frame < kImpactFrames; ++frame) {
-      simulation.step(), cells.go_on();
+      simulation.step(), cells.check_interrupt();
       const Measures now = simulation.measure();
       speed = std::max(speed, now.speed_max / std::sqrt(2 * kGravity * top));
       strain = std::max(strain, now.strain_max);
@@ -66,7 +67,7 @@ Section impact_failure(Cells& cells, Json& rows) {
   const int meshes = cells.quick() ? 4 : 20;
   Section section{
       formatted("Stiff shells on impact: %d irregular closed meshes dropped by %g m, 10 substeps", meshes, kDrop)};
-  section.table.columns = {"bending", "largest speed / fastest by a fall", "largest strain"};
+  section.table.columns = {"bending", "largest speed / speed of a free fall", "largest strain"};
   std::vector<ConstraintSpec> bendings;
   for (const double k : cells.quick() ? std::vector<double>{1, 1e-4} : std::vector<double>{1, 1e-2, 1e-4, 1e-6}) {
     ConstraintSpec& one = bendings.emplace_back();
@@ -81,7 +82,7 @@ Section impact_failure(Cells& cells, Json& rows) {
     return bending.compliance ? formatted("compliance %g rad/(N m)", *bending.compliance)
                               : formatted("stiffness %g", bending.stiffness);
   };
-  const std::vector<Json> kept = cells.of(
+  const std::vector<Json> kept = cells.measure_all(
       bendings,
       [&](const ConstraintSpec& bending) { return formatted("impact: %d, %s", meshes, title_of(bending).c_str()); },
       [&](const ConstraintSpec& bending) -> Json {
@@ -91,7 +92,7 @@ Section impact_failure(Cells& cells, Json& rows) {
           return {{"speed", nullptr}, {"strain", nullptr}};
         }
       });
-  if (cells.partial()) return section;
+  if (cells.is_partial()) return section;
   for (std::size_t k = 0; k < bendings.size(); ++k) {
     const std::string title = title_of(bendings[k]);
     const Json& cell = kept[k];
@@ -103,17 +104,17 @@ Section impact_failure(Cells& cells, Json& rows) {
                     {"speed", cell["speed"]},
                     {"strain", cell["strain"]},
                     {"verdict", ended ? "diverged" : "stable"}});
-    keep_machine(rows.back(), cell);
+    copy_machine(rows.back(), cell);
     speed = ended ? INFINITY : std::max(speed, cell["speed"].get<double>());
     strain = ended ? INFINITY : std::max(strain, cell["strain"].get<double>());
   }
   section.sentences = {
-      formatted("Over all of them no particle is faster than %.2g times the fastest by a fall, nor an edge strained by "
-                "more than %.2g.",
+      formatted("No particle is faster than %.2g times the speed of a free fall, and no edge is strained by more than "
+                "%.2g.",
                 speed, strain),
-      formatted("What guards: one projection of bending moves no particle farther than %.2g of the smaller height of "
-                "its hinge at rest, because a straight step is the way of an angle only so far; what is left over is "
-                "taken in the next. Lengths are met along their own line and need no bound.",
+      formatted("Remedy: one projection of bending moves no particle farther than %.2g of the smaller height of "
+                "its hinge at rest, because the angle is only linear for small displacements; the remaining error is "
+                "corrected by later projections. Distances are linear along their own direction and need no bound.",
                 kReach)};
   return section;
 }

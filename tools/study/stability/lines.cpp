@@ -31,32 +31,37 @@ void Line::add(double x, Cells& from, const std::string& key, const std::functio
   points.push_back({x, y.is_null() ? NAN : y.get<double>()}), cells.push_back(cell);
 }
 
-Line line_over(Cells& cells, const Lines& of, const std::string& title, const std::vector<double>& settings,
+Line line_over(Cells& cells, const LineChart& line_chart, const std::string& title, const std::vector<double>& settings,
                double scale, const std::function<double(double)>& run) {
   Line line{title, {}};
   for (const double setting : settings)
-    line.add(scale * setting, cells, of.name + ", " + title + bench::formatted(", %g", setting),
+    line.add(scale * setting, cells, line_chart.name + ", " + title + bench::formatted(", %g", setting),
              [&] { return run(setting); });
   return line;
 }
 
-Section lines_section(const Lines& of, Json& rows) {
-  Section section{of.title, {}, {}, {{of.x}, {}}};
-  Chart chart{of.name,
-              "set logscale xy\nset format '10^{%T}'\nset xlabel '" + of.x + "'\nset ylabel '" + of.y +
-                  "'\nset title '" + of.title + "'\n",
+Section lines_section(const LineChart& line_chart, Json& rows) {
+  Section section{line_chart.title, {}, {}, {{line_chart.x}, {}}};
+  Chart chart{line_chart.name,
+              "set logscale xy\nset format '10^{%T}'\nset xlabel '" + line_chart.x + "'\nset ylabel '" + line_chart.y +
+                  "'\nset title '" + line_chart.title + "'\n",
               {}};
   constexpr std::array styles{"lc rgb '#d55e00' pt 5",     "lc rgb '#0072b2' pt 7",  "lc rgb '#009e73' pt 9",
                               "lc rgb '#e69f00' pt 13",    "lc rgb '#cc79a7' pt 11", "lc rgb '#444444' pt 4 dt 2",
                               "lc rgb '#56b4e9' pt 6 dt 2"};
   std::set<double> all;
-  for (const Line& line : of.lines) {
+  for (const Line& line : line_chart.lines) {
     bench::Series series{"", std::string("with linespoints lw 2 ") + styles[chart.series.size() % styles.size()],
                          line.title};
     for (std::size_t k = 0; k < line.points.size(); ++k) {
       const auto& [x, y] = line.points[k];
-      rows.push_back({{"map", of.name}, {"panel", line.title}, {"x_name", of.x}, {"x", x}, {"y_name", of.y}, {"y", y}});
-      keep_machine(rows.back(), line.cells[k]);
+      rows.push_back({{"map", line_chart.name},
+                      {"panel", line.title},
+                      {"x_name", line_chart.x},
+                      {"x", x},
+                      {"y_name", line_chart.y},
+                      {"y", y}});
+      copy_machine(rows.back(), line.cells[k]);
       all.insert(x);
       if (y > 0) series.data += bench::formatted("%.6g %.6g\n", x, y);
     }
@@ -65,14 +70,14 @@ Section lines_section(const Lines& of, Json& rows) {
   }
   for (const double x : all) {
     std::vector<std::string> row{short_number(x)};
-    for (const Line& line : of.lines) {
+    for (const Line& line : line_chart.lines) {
       row.emplace_back();
       for (const auto& [a, b] : line.points)
         if (a == x) row.back() = std::isfinite(b) ? bench::formatted("%.2g", b) : "not finite";
     }
     section.table.rows.push_back(row);
   }
-  chart.settings += bench::names_at_ends(chart.series);
+  chart.settings += bench::label_series_ends(chart.series);
   section.chart = chart;
   return section;
 }

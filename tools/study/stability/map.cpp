@@ -16,8 +16,8 @@ using bench::formatted;
 
 constexpr std::array<const char*, 3> kVerdicts{"stable", "bounded but wrong", "diverged"};
 
-/// Where a value lies on an axis: 0 at its first value, 1 at the next, and so on beyond its ends.
-double place(const Axis& axis, double value) {
+/// Position of a value on an axis: 0 at its first value, 1 at the next; extrapolated beyond its ends.
+double axis_position(const Axis& axis, double value) {
   const std::vector<double>& v = axis.values;
   const bool rises = v.back() >= v.front();
   std::size_t k = 1;
@@ -25,22 +25,22 @@ double place(const Axis& axis, double value) {
   return v.size() < 2 ? 0 : double(k - 1) + std::log(value / v[k - 1]) / std::log(v[k] / v[k - 1]);
 }
 
-/// The height at which a place on the axis is drawn: the smallest value is the lowest.
-double height(const Axis& axis, double place) {
-  return axis.values.back() < axis.values.front() ? double(axis.values.size() - 1) - place : place;
+/// The height at which a position on the axis is drawn: the smallest value is the lowest.
+double height(const Axis& axis, double axis_position) {
+  return axis.values.back() < axis.values.front() ? double(axis.values.size() - 1) - axis_position : axis_position;
 }
 
-/// What is drawn where: panels stand in a grid of places, each of them as large as the largest.
-class Sketch {
+/// Layout and data of a map's chart: panels in a grid whose cells are as large as the largest panel.
+class MapDrawing {
  public:
-  Sketch(const std::vector<Panel>& panels, int across) : across_(across) {
+  MapDrawing(const std::vector<Panel>& panels, int across) : across_(across) {
     for (const Panel& panel : panels) {
       wide_ = std::max(wide_, double(panel.x.values.size()));
       high_ = std::max(high_, double(panel.y.values.size()));
     }
     rows_ = (static_cast<int>(panels.size()) + across - 1) / across;
-    line_ = rows_ * high_ / (30 - 4.2 * rows_), high_ += 4.2 * line_;     // 30 lines of text from top to bottom
-    gap_ = across * wide_ * 0.055 / (1 - 0.055 * across), wide_ += gap_;  // 18 such gaps from side to side
+    line_ = rows_ * high_ / (30 - 4.2 * rows_), high_ += 4.2 * line_;     // the chart is 30 lines of text high
+    gap_ = across * wide_ * 0.055 / (1 - 0.055 * across), wide_ += gap_;  // and 18 gaps wide
     for (std::size_t k = 0; k < panels.size(); ++k)
       add(panels[k], double(k % across) * wide_, rows_ - 1 - int(k) / across,
           k % across == 0 || panels[k - 1].y.name != panels[k].y.name);
@@ -94,7 +94,8 @@ class Sketch {
       }
       for (const Json& edge : column["edges"]) {
         const double y =
-            height(panel.y, (place(panel.y, edge[0].get<double>()) + place(panel.y, edge[1].get<double>())) / 2);
+            height(panel.y,
+                   (axis_position(panel.y, edge[0].get<double>()) + axis_position(panel.y, edge[1].get<double>())) / 2);
         edges_ += formatted("%g %g\n%g %g\n\n", left + double(c) - 0.48, low + y, left + double(c) + 0.48, low + y);
       }
     }
@@ -106,15 +107,15 @@ class Sketch {
     }
   }
 
-  /// The part of a line that lies in its panel, half a cell beyond its first and last point.
+  /// The part of a line that lies in its panel, extended by half a cell beyond its first and last point.
   static std::string inside(const Panel& panel, const TheoryLine& line, double left, double low) {
     std::string data;
     constexpr int parts = 40;
     for (std::size_t k = 0; k + 1 < line.points.size(); ++k) {
       const auto& [x0, y0] = line.points[k];
       const auto& [x1, y1] = line.points[k + 1];
-      const double a0 = place(panel.x, x0), a1 = place(panel.x, x1);
-      const double b0 = height(panel.y, place(panel.y, y0)), b1 = height(panel.y, place(panel.y, y1));
+      const double a0 = axis_position(panel.x, x0), a1 = axis_position(panel.x, x1);
+      const double b0 = height(panel.y, axis_position(panel.y, y0)), b1 = height(panel.y, axis_position(panel.y, y1));
       const int first = k == 0 ? -parts / 2 : 0, last = k + 2 == line.points.size() ? parts + parts / 2 : parts;
       for (int part = first; part <= last; ++part) {
         const double t = double(part) / parts, b = b0 + t * (b1 - b0);
@@ -126,7 +127,7 @@ class Sketch {
   }
 
   int across_, rows_ = 0;
-  double wide_ = 0, high_ = 0, line_ = 0, gap_ = 0;  // of a panel with what is around it; in cells
+  double wide_ = 0, high_ = 0, line_ = 0, gap_ = 0;  // of a panel with its labels; in cells
   std::string labels_, edges_, warned_;
   std::array<std::string, 3> cells_;
   std::vector<std::pair<std::string, std::string>> theory_;
@@ -185,11 +186,11 @@ std::string warned_sentence(const std::vector<Panel>& panels) {
   int count[2][2]{};  // [fails][warned]
   for (const Panel& panel : panels)
     for (const Json& column : panel.columns)
-      for (std::size_t k = 0; panel.ours && k < column["verdicts"].size(); ++k)
+      for (std::size_t k = 0; panel.is_malha && k < column["verdicts"].size(); ++k)
         ++count[column["verdicts"][k] != int(Verdict::Stable)][column["warned"][k].get<bool>()];
   return formatted(
-      "malha run warns (dots) of %d of the %d settings that fail by malha's methods, and of %d of the %d that hold, "
-      "which lie near the boundary or beyond that of another chart (the filter's damping, rounding).",
+      "malha run warns (dots) of %d of the %d settings that fail with malha's methods, and of %d of the %d that are "
+      "stable, which lie near the boundary or beyond that of another chart (the filter's damping, rounding).",
       count[1][1], count[1][0] + count[1][1], count[0][1], count[0][0] + count[0][1]);
 }
 
@@ -211,7 +212,7 @@ void add_rows(const std::string& map, const std::vector<Panel>& panels, Json& ro
         row["rms_strain"] = column["rms"][j];
         row["energy_gain"] = column["gains"][j];
         row["warned"] = column["warned"][j];
-        keep_machine(row, column);
+        copy_machine(row, column);
         rows.push_back(row);
       }
     }
@@ -219,17 +220,17 @@ void add_rows(const std::string& map, const std::vector<Panel>& panels, Json& ro
 
 }  // namespace
 
-void fill(Panel& panel, Cells& cells, const std::string& key, const std::string& unit, bool whole,
-          const std::function<Outcome(std::size_t k, double y)>& trial) {
+void run_columns(Panel& panel, Cells& cells, const std::string& key, const std::string& unit, bool whole,
+                 const std::function<Outcome(std::size_t k, double y)>& trial) {
   for (std::size_t k = 0; k < panel.x.values.size(); ++k)
     panel.columns.push_back(cells(key + formatted("%g", panel.x.values[k]) + unit,
                                   [&] { return column(panel.y, whole, [&](double y) { return trial(k, y); }); }));
 }
 
-void finish(Section& section, const std::string& name, const std::string& title, const std::vector<Panel>& panels,
-            int across, Json& rows) {
+void complete_map_section(Section& section, const std::string& name, const std::string& title,
+                          const std::vector<Panel>& panels, int across, Json& rows) {
   section.sentences.push_back(warned_sentence(panels));
-  section.chart = Sketch(panels, across).chart(name, title);
+  section.chart = MapDrawing(panels, across).chart(name, title);
   section.table = map_table(panels);
   add_rows(name, panels, rows);
 }

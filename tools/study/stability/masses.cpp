@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Maps of the study "stability" over what hangs on too few projections: heavy weights, and many particles.
+// Maps of the study "stability" that need many projections: heavy weights, and bodies of many particles.
 #include <cmath>
 
 #include "tools/bench/output.h"
@@ -15,9 +15,9 @@ constexpr int kFrames = 120;
 constexpr int kLinks = 20;
 constexpr double kLength = 1, kLight = 0.01;  // m, kg
 
-/// A chain, horizontal at the start, held at one end, whose last particle weighs `ratio` times as much as the others.
+/// A chain, horizontal at the start and pinned at one end, whose last particle is `ratio` times as heavy as the others.
 Model weighted_chain(double ratio, const SolverSpec& solver, double compliance) {
-  Scene scene = held_chain({kLength, 0, 0}, kLinks, kLight * (kLinks + 1), compliance);
+  Scene scene = pinned_chain({kLength, 0, 0}, kLinks, kLight * (kLinks + 1), compliance);
   scene.solver = solver, scene.solver.dt = kFrame, scene.solver.levels = 0;
   Model model = build_model(scene);
   for (int i = 0; i < model.count(); ++i) {
@@ -27,9 +27,9 @@ Model weighted_chain(double ratio, const SolverSpec& solver, double compliance) 
   return model;
 }
 
-/// A link between particles of mass m that bears `load` times their weight is left 2 load g h^2 too long by one sweep
-/// a substep: each end moves by half of what it is too long by, and that must undo load g h^2. The substeps that give
-/// this strain.
+/// The number of substeps with which one sweep per substep leaves this strain. A link between particles of mass m that
+/// bears `load` times their weight stays 2 load g h^2 too long: each end moves by half of the excess length, which must
+/// compensate load g h^2.
 double substeps_for(double load, double length, double strain) {
   return kFrame * std::sqrt(2 * load * kGravity / (length * strain));
 }
@@ -45,18 +45,19 @@ std::string boundary_sentence(const Panel& panel) {
                                          : formatted("more than %g", panel.y.values[0]);
     if (column.contains("stable_from")) line += formatted(" (and at most %g)", column["stable_from"].get<double>());
   }
-  return panel.title + ": the fewest " + panel.y.name + " that hold, by " + panel.x.name + ": " + line + ".";
+  return panel.title + ": the fewest " + panel.y.name + " that are stable, by " + panel.x.name + ": " + line + ".";
 }
 
-Outcome hung(double ratio, const SolverSpec& solver, double compliance, const Cells& cells) {
+Outcome chain_outcome(double ratio, const SolverSpec& solver, double compliance, const Cells& cells) {
   const double scale = kLight * (kLinks + ratio) * kGravity * kLength;
   return judge(malha_trial(weighted_chain(ratio, solver, compliance), kFrames, scale), cells);
 }
 
-Outcome sheet(int n, const SolverSpec& solver, bool corners, double compliance, const Cells& cells) {
+Outcome sheet_outcome(int n, const SolverSpec& solver, bool corners, double compliance, const Cells& cells) {
   constexpr double side = 2, mass = 1;
-  Scene scene = (corners ? cornered_sheet : hanging_sheet)(n, side, mass, compliance);
-  scene.solver = solver, scene.solver.dt = kFrame, scene.solver.levels = 0;  // of sweeps over the particles
+  Scene scene = (corners ? corner_pinned_sheet : hanging_sheet)(n, side, mass, compliance);
+  scene.solver = solver, scene.solver.dt = kFrame,
+  scene.solver.levels = 0;  // the map is about sweeps over the particles
   return judge(malha_trial(scene, kFrames, mass * kGravity * side), cells);
 }
 
@@ -70,44 +71,46 @@ Section masses_map(Cells& cells, Json& rows) {
   TheoryLine theory{"one sweep leaves 2 (3 R) g h^2 / l = 50 %", {}};
   for (const double ratio : x.values)
     theory.points.push_back({ratio, substeps_for(3 * ratio, kLength / kLinks, kWrongStrain)});
-  struct Way {
+  struct Variant {
     const char *title, *counted;
     bool springs = false;
     SolverSpec solver = {};
   };
-  std::vector<Way> ways{{"PBD, double", "substeps"},
-                        {"PBD, float", "substeps"},
-                        {"PBD, 1 substep", "iterations"},
-                        {"PBD, 10 substeps", "iterations"},
-                        {"XPBD, 1 % springs", "substeps", true},
-                        {"Desbrun, 1 % springs", "substeps", true}};
-  for (Way& way : ways) way.solver.precision = Precision::Double;
-  ways[1].solver.precision = Precision::Float;
-  ways[2].solver.substeps = 1, ways[3].solver.substeps = 10, ways[5].solver.type = "desbrun";
+  std::vector<Variant> variants{{"PBD, double", "substeps"},
+                                {"PBD, float", "substeps"},
+                                {"PBD, 1 substep", "iterations"},
+                                {"PBD, 10 substeps", "iterations"},
+                                {"XPBD, 1 % springs", "substeps", true},
+                                {"Desbrun, 1 % springs", "substeps", true}};
+  for (Variant& variant : variants) variant.solver.precision = Precision::Double;
+  variants[1].solver.precision = Precision::Float;
+  variants[2].solver.substeps = 1, variants[3].solver.substeps = 10, variants[5].solver.type = "desbrun";
   std::vector<Panel> panels;
-  for (const Way& way : ways) {
-    Panel panel{way.title, x, {way.counted, counts}};
-    const bool substeps = way.counted == std::string("substeps");
-    if (substeps && way.solver.type == "pbd") panel.theory = {theory};
-    fill(panel, cells, std::string("masses: ") + way.title + ", 1:", "", true, [&](std::size_t k, double count) {
-      const double ratio = x.values[k];
-      SolverSpec solver = way.solver;
-      (substeps ? solver.substeps : solver.iterations) = int(count);
-      return hung(ratio, solver, way.springs ? 0.01 * kLength / kLinks / ((ratio + kLinks) * kLight * kGravity) : 0,
-                  cells);
-    });
+  for (const Variant& variant : variants) {
+    Panel panel{variant.title, x, {variant.counted, counts}};
+    const bool substeps = variant.counted == std::string("substeps");
+    if (substeps && variant.solver.type == "pbd") panel.theory = {theory};
+    run_columns(
+        panel, cells, std::string("masses: ") + variant.title + ", 1:", "", true, [&](std::size_t k, double count) {
+          const double ratio = x.values[k];
+          SolverSpec solver = variant.solver;
+          (substeps ? solver.substeps : solver.iterations) = int(count);
+          return chain_outcome(ratio, solver,
+                               variant.springs ? 0.01 * kLength / kLinks / ((ratio + kLinks) * kLight * kGravity) : 0,
+                               cells);
+        });
     panels.push_back(panel);
   }
   Section section{"Mass ratio, by substeps and by iterations"};
-  if (cells.partial()) return section;
-  section.sentences = {
-      formatted("A chain of %d links (1 m) is let go horizontally for 2 s in steps of 1/60 s, its last particle R "
-                "times as heavy as each of the others. A link that bears the weight of n particles is left 2 n g h^2 "
-                "too long by one sweep a substep h: each of its ends moves by half of that, and it must undo the fall. "
-                "What swings down bears three times its weight.",
-                kLinks)};
+  if (cells.is_partial()) return section;
+  section.sentences = {formatted(
+      "A chain of %d links (1 m) is released from the horizontal for 2 s in steps of 1/60 s. Its last particle "
+      "is R times as heavy as each of the others. With one sweep per substep h, a link that bears the weight of n "
+      "particles stays 2 n g h^2 too long: each of its ends moves by half of that, which must compensate the "
+      "fall. A link of a body that swings down bears up to three times its weight.",
+      kLinks)};
   for (const Panel& panel : panels) section.sentences.push_back(boundary_sentence(panel));
-  finish(section, "masses", "A weight at the end of a chain", panels, 3, rows);
+  complete_map_section(section, "masses", "A weight at the end of a chain", panels, 3, rows);
   return section;
 }
 
@@ -118,34 +121,36 @@ Section resolution_map(Cells& cells, Json& rows) {
       quick ? std::vector<double>{16, 4, 1} : std::vector<double>{64, 32, 16, 8, 4, 2, 1};
   TheoryLine theory{"one sweep leaves 2 (n / 3) g h^2 / l = 50 %, at rest", {}};
   for (const double n : x.values) theory.points.push_back({n, substeps_for(n / 3, 2 / (n - 1), kWrongStrain)});
-  struct Way {
+  struct Variant {
     const char *title, *counted;
     bool corners, springs = false, filtered = false;
   };
   std::vector<Panel> panels;
-  for (const Way& way :
-       {Way{"PBD, held at one row", "substeps", false}, Way{"PBD, two corners", "substeps", true},
-        Way{"PBD, 1 substep, one row", "iterations", false}, Way{"XPBD 10 kN/m, one row", "substeps", false, true},
-        Way{"XPBD 10 kN/m, two corners", "substeps", true, true},
-        Way{"Desbrun 10 kN/m, two corners", "substeps", true, true, true}}) {
-    Panel panel{way.title, x, {way.counted, counts}};
+  for (const Variant& variant :
+       {Variant{"PBD, held at one row", "substeps", false}, Variant{"PBD, two corners", "substeps", true},
+        Variant{"PBD, 1 substep, one row", "iterations", false},
+        Variant{"XPBD 10 kN/m, one row", "substeps", false, true},
+        Variant{"XPBD 10 kN/m, two corners", "substeps", true, true},
+        Variant{"Desbrun 10 kN/m, two corners", "substeps", true, true, true}}) {
+    Panel panel{variant.title, x, {variant.counted, counts}};
     if (panels.empty()) panel.theory = {theory};
-    fill(panel, cells, std::string("resolution: ") + way.title + ", ", "", true, [&](std::size_t k, double count) {
-      SolverSpec solver;
-      const bool substeps = way.counted == std::string("substeps");
-      solver.substeps = substeps ? int(count) : 1, solver.iterations = substeps ? 1 : int(count);
-      if (way.filtered) solver.type = "desbrun", solver.desbrun.filter = FilterKind::Sparse;
-      return sheet(int(x.values[k]), solver, way.corners, way.springs ? 1e-4 : 0, cells);
-    });
+    run_columns(panel, cells, std::string("resolution: ") + variant.title + ", ", "", true,
+                [&](std::size_t k, double count) {
+                  SolverSpec solver;
+                  const bool substeps = variant.counted == std::string("substeps");
+                  solver.substeps = substeps ? int(count) : 1, solver.iterations = substeps ? 1 : int(count);
+                  if (variant.filtered) solver.type = "desbrun", solver.desbrun.filter = FilterKind::Sparse;
+                  return sheet_outcome(int(x.values[k]), solver, variant.corners, variant.springs ? 1e-4 : 0, cells);
+                });
     panels.push_back(panel);
   }
   Section section{"Resolution, by substeps"};
-  if (cells.partial()) return section;
+  if (cells.is_partial()) return section;
   section.sentences = {
-      "A sheet of 2 m and 1 kg is let go horizontally for 2 s in steps of 1/60 s. The edge and the two diagonals that "
-      "hold each particle next to the row bear a column of n particles."};
+      "A sheet of 2 m and 1 kg is released from the horizontal for 2 s in steps of 1/60 s. The edge and the two "
+      "diagonals that support each particle next to the row bear a column of n particles."};
   for (const Panel& panel : panels) section.sentences.push_back(boundary_sentence(panel));
-  finish(section, "resolution", "A hanging sheet: particles a side and substeps", panels, 3, rows);
+  complete_map_section(section, "resolution", "A hanging sheet: particles a side and substeps", panels, 3, rows);
   return section;
 }
 

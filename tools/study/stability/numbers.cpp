@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Known failures of the study "stability" that are of numbers: a stiffness that depends on the step, and too few
-// digits.
+// Part of the study "stability": known failures due to PBD's stiffness, which depends on the step, and to the precision
+// of float.
 #include <algorithm>
 #include <cmath>
 
@@ -23,12 +23,12 @@ std::vector<double> powers(double first, double factor, int count) {
 }
 
 void run_frames(Simulation& simulation, int frames, const Cells& cells) {
-  for (int frame = 0; frame < frames; ++frame) simulation.step(), cells.go_on();
+  for (int frame = 0; frame < frames; ++frame) simulation.step(), cells.check_interrupt();
 }
 
-/// Ten links of 0.1 m, 0.1 kg in all, hanging at rest and damped.
-Scene hung_chain(double stiffness, double compliance, int substeps, int iterations) {
-  Scene scene = held_chain({0, -1, 0}, 10, 0.1, compliance);
+/// A chain of ten links of 0.1 m and 0.1 kg in all, which hangs at rest and is damped.
+Scene hanging_chain(double stiffness, double compliance, int substeps, int iterations) {
+  Scene scene = pinned_chain({0, -1, 0}, 10, 0.1, compliance);
   scene.bodies[0].damping = 0.3, scene.bodies[0].constraints[0].stiffness = stiffness;
   scene.solver.substeps = substeps, scene.solver.iterations = iterations;
   scene.solver.precision = Precision::Double;
@@ -41,8 +41,8 @@ double elongation(const Scene& scene, const Cells& cells) {
   return std::abs(simulation.positions().back()[1] + 1);
 }
 
-/// A sheet at some distance from the origin along all axes, after half a second, seen from there.
-Vector hung_sheet(double far, Precision precision, int substeps, const Cells& cells) {
+/// Positions after half a second of a sheet at the distance `far` from the origin along all axes, relative to there.
+Vector sheet_positions(double far, Precision precision, int substeps, const Cells& cells) {
   Scene scene = hanging_sheet(17, 1, 0.2, 0);
   scene.bodies[0].transform.translate = {far, far, far};
   scene.solver.precision = precision, scene.solver.substeps = substeps;
@@ -52,9 +52,10 @@ Vector hung_sheet(double far, Precision precision, int substeps, const Cells& ce
 }
 
 template <class R>
-Vector plain_sheet(const SpringSystem& system, const std::vector<int>& order, int substeps, const Cells& cells) {
+Vector plain_sweep_positions(const SpringSystem& system, const std::vector<int>& order, int substeps,
+                             const Cells& cells) {
   PlainSweep<R> sweep(system, order);
-  for (int frame = 0; frame < 30; ++frame, cells.go_on())
+  for (int frame = 0; frame < 30; ++frame, cells.check_interrupt())
     for (int s = 0; s < substeps; ++s) sweep.substep(kFrame / substeps);
   return sweep.state().x;
 }
@@ -62,14 +63,14 @@ Vector plain_sheet(const SpringSystem& system, const std::vector<int>& order, in
 }  // namespace
 
 Section stiffness_failure(Cells& cells, Json& rows) {
-  constexpr double strain = 0.05;                 // on average
-  const double load = 0.1 / 11 * kGravity * 5.5;  // N, that a link bears on average
+  constexpr double strain = 0.05;                 // mean over the links
+  const double load = 0.1 / 11 * kGravity * 5.5;  // mean load of a link, N
   const double compliance = strain * 0.1 / load;
-  Lines lines{"stiffness",
-              "PBD stiffness depends on the step, compliance does not",
-              "sweeps a frame of 1/60 s",
-              "elongation of a hanging chain of 1 m (m)",
-              {}};
+  LineChart lines{"stiffness",
+                  "PBD stiffness depends on the step, compliance does not",
+                  "sweeps a frame of 1/60 s",
+                  "elongation of a hanging chain of 1 m (m)",
+                  {}};
   const std::vector<double> counts = powers(1, cells.quick() ? 8 : 2, cells.quick() ? 3 : 8);
   for (const bool pbd : {true, false})
     for (const bool substeps : {true, false}) {
@@ -77,10 +78,10 @@ Section stiffness_failure(Cells& cells, Json& rows) {
           std::string(pbd ? "PBD, stiffness 0.5, " : "compliance, ") + (substeps ? "substeps" : "iterations");
       lines.lines.push_back(line_over(cells, lines, title, counts, 1, [&](double n) {
         const int many = int(n);
-        return elongation(hung_chain(0.5, pbd ? 0 : compliance, substeps ? many : 1, substeps ? 1 : many), cells);
+        return elongation(hanging_chain(0.5, pbd ? 0 : compliance, substeps ? many : 1, substeps ? 1 : many), cells);
       }));
     }
-  if (cells.partial()) return {};
+  if (cells.is_partial()) return {};
   Section section = lines_section(lines, rows);
   for (const Line& line : lines.lines) {
     const auto [low, high] = std::minmax_element(line.points.begin(), line.points.end(),
@@ -89,7 +90,7 @@ Section stiffness_failure(Cells& cells, Json& rows) {
         line.title + formatted(": %.2g to %.2g m, %.1f times.", low->second, high->second, high->second / low->second));
   }
   section.sentences.push_back(
-      formatted("Springs of that compliance stretch by %.3g m. What guards: \"compliance\" or \"rigidity\" instead of "
+      formatted("Springs of that compliance stretch by %.3g m. Remedy: \"compliance\" or \"rigidity\" instead of "
                 "\"stiffness\".",
                 strain));
   return section;
@@ -98,55 +99,56 @@ Section stiffness_failure(Cells& cells, Json& rows) {
 Section substeps_failure(Cells& cells, Json& rows) {
   const auto system = spring_system(hanging_sheet(17, 1, 0.2, 1));
   const std::vector<int> order = order_by_colour(*system);
-  Lines lines{"substeps",
-              "Float at many substeps: 17 x 17 particles held at one row, after 0.5 s",
-              "substeps a frame of 1/60 s",
-              "RMS distance of float from double (m)",
-              {}};
+  LineChart lines{"substeps",
+                  "Float with many substeps: 17 x 17 particles pinned at one row, after 0.5 s",
+                  "substeps a frame of 1/60 s",
+                  "RMS distance of float from double (m)",
+                  {}};
   const std::vector<double> counts = powers(1, cells.quick() ? 32 : 4, cells.quick() ? 3 : 7);
-  const Line ours = line_over(cells, lines, "malha", counts, 1, [&](double n) {
-    return rms_distance(hung_sheet(0, Precision::Float, int(n), cells),
-                        hung_sheet(0, Precision::Double, int(n), cells));
+  const Line malha_line = line_over(cells, lines, "malha", counts, 1, [&](double n) {
+    return rms_distance(sheet_positions(0, Precision::Float, int(n), cells),
+                        sheet_positions(0, Precision::Double, int(n), cells));
   });
-  const Line plain = line_over(cells, lines, "plain sweep, v = (p - x) / h", counts, 1, [&](double n) {
-    return rms_distance(plain_sheet<float>(*system, order, int(n), cells),
-                        plain_sheet<double>(*system, order, int(n), cells));
+  const Line plain_line = line_over(cells, lines, "plain sweep, v = (p - x) / h", counts, 1, [&](double n) {
+    return rms_distance(plain_sweep_positions<float>(*system, order, int(n), cells),
+                        plain_sweep_positions<double>(*system, order, int(n), cells));
   });
-  lines.lines = {ours, plain};
-  if (cells.partial()) return {};
+  lines.lines = {malha_line, plain_line};
+  if (cells.is_partial()) return {};
   Section section = lines_section(lines, rows);
-  const double most = ours.points.back().first;
+  const double most = malha_line.points.back().first;
   section.sentences = {
       formatted("With %g substeps float is %.2g m from double in malha and %.2g m in a plain sweep, whose velocities "
                 "are differences of rounded positions; the sheet itself falls by %.2g m.",
-                most, ours.at(most), plain.at(most), 0.5 * kGravity * 0.25),
-      "What guards: malha moves displacements, which are as small as a substep, and carries on what rounding takes of "
-      "places; \"precision\": \"double\"."};
+                most, malha_line.at(most), plain_line.at(most), 0.5 * kGravity * 0.25),
+      "Remedies: malha computes displacements, which are small in a substep, and carries the rounding remainders of "
+      "positions; \"precision\": \"double\"."};
   return section;
 }
 
 Section distance_failure(Cells& cells, Json& rows) {
-  Lines lines{"distance",
-              "Far from the origin: 17 x 17 particles after 0.5 s, 10 substeps",
-              "distance from the origin (m)",
-              "RMS distance from double at the origin (m)",
-              {}};
-  const Vector truth = hung_sheet(0, Precision::Double, 10, cells);
+  LineChart lines{"distance",
+                  "Far from the origin: 17 x 17 particles after 0.5 s, 10 substeps",
+                  "distance from the origin (m)",
+                  "RMS distance from double at the origin (m)",
+                  {}};
+  const Vector truth = sheet_positions(0, Precision::Double, 10, cells);
   const std::vector<double> distances = powers(1, cells.quick() ? 100 : 10, cells.quick() ? 3 : 6);
   for (const Precision precision : {Precision::Float, Precision::Double})
     lines.lines.push_back(
         line_over(cells, lines, precision == Precision::Float ? "float" : "double", distances, 1,
-                  [&](double far) { return rms_distance(hung_sheet(far, precision, 10, cells), truth); }));
-  if (cells.partial()) return {};
+                  [&](double far) { return rms_distance(sheet_positions(far, precision, 10, cells), truth); }));
+  if (cells.is_partial()) return {};
   Section section = lines_section(lines, rows);
   const double most = lines.lines[0].points.back().first;
   section.sentences = {
-      formatted("At %s m float is %.2g m wrong, where its numbers are %.2g m apart, and double %.2g m.",
-                short_number(most).c_str(), lines.lines[0].at(most), std::nextafter(float(most), 1e30f) - float(most),
-                lines.lines[1].at(most)),
-      "What guards: malha moves displacements, and carries on what rounding takes of places. Of contacts and of "
-      "Desbrun's method, which know places alone, run, plan and reports say where a thousandth of an edge is lost; "
-      "there \"precision\": \"double\" helps, or a scene moved to the origin."};
+      formatted(
+          "At %s m the error of float is %.2g m, where its numbers are %.2g m apart, and that of double is %.2g m.",
+          short_number(most).c_str(), lines.lines[0].at(most), std::nextafter(float(most), 1e30f) - float(most),
+          lines.lines[1].at(most)),
+      "Remedies: malha computes displacements and carries the rounding remainders of positions. Contacts and Desbrun's "
+      "method use positions only; run, plan and reports warn if a thousandth of an edge is lost to rounding. Then "
+      "\"precision\": \"double\" helps, or a scene that is moved to the origin."};
   return section;
 }
 

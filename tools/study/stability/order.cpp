@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The map of the study "stability" over the order in which constraints are swept.
+// Map of the study "stability" over the order in which constraints are projected.
 #include <algorithm>
 #include <cmath>
 
@@ -17,24 +17,24 @@ using bench::formatted;
 
 constexpr double kSheetSide = 2, kSheetMass = 1;  // m, kg
 
-constexpr double kCompliance = 1e-4;  // m/N, of the soft ones
+constexpr double kCompliance = 1e-4;  // m/N, of soft constraints
 
 Scene sheet(int n, int substeps, Precision precision, bool soft) {
-  Scene scene = cornered_sheet(n, kSheetSide, kSheetMass, soft ? kCompliance : 0);
+  Scene scene = corner_pinned_sheet(n, kSheetSide, kSheetMass, soft ? kCompliance : 0);
   scene.solver.substeps = substeps, scene.solver.precision = precision;
   return scene;
 }
 
-/// The same sheet as plain constraints; their stiffness is not looked at.
+/// The same sheet for plain sweeps, which do not use the stiffness of its springs.
 std::unique_ptr<SpringSystem> constraints_of(int n) {
-  auto system = spring_system(cornered_sheet(n, kSheetSide, kSheetMass, 1));
+  auto system = spring_system(corner_pinned_sheet(n, kSheetSide, kSheetMass, 1));
   for (Spring& s : system->springs) s.stiffness = 0;  // no elastic energy
   return system;
 }
 
 struct Sweep {
   std::string title;
-  bool ours, from_pins;
+  bool is_malha, from_pins;
   Precision precision;
   bool soft = false;
 };
@@ -49,7 +49,7 @@ Trial plain(const SpringSystem& system, const std::vector<int>& order, double co
 }
 
 Trial trial_of(const Sweep& sweep, const SpringSystem& system, int n, int substeps, int frames) {
-  if (sweep.ours)
+  if (sweep.is_malha)
     return malha_trial(sheet(n, substeps, sweep.precision, sweep.soft), frames, kSheetMass * kGravity * kSheetSide);
   const std::vector<int> order = sweep.from_pins ? order_from_pins(system) : order_by_colour(system);
   const double compliance = sweep.soft ? kCompliance : 0;
@@ -57,13 +57,13 @@ Trial trial_of(const Sweep& sweep, const SpringSystem& system, int n, int subste
                                              : plain<double>(system, order, compliance, substeps, frames);
 }
 
-/// RMS strain frame by frame, up to where numbers end.
+/// RMS strain after each frame, as long as it is finite.
 Json strains(const Trial& trial, const Cells& cells) {
   Json all = Json::array();
   try {
     for (int frame = 0; frame < trial.steps; ++frame) {
       trial.step();
-      cells.go_on();
+      cells.check_interrupt();
       const double strain = trial.sample().rms;
       if (!std::isfinite(strain)) break;
       all.push_back(strain);
@@ -84,15 +84,15 @@ Section history(const std::vector<Sweep>& sweeps, Cells& cells, Json& rows) {
   section.table.columns = {"sweep", "RMS strain at the end", "frames until it was no longer finite"};
   const char* styles[] = {"lc rgb '#d55e00'", "lc rgb '#e69f00'",      "lc rgb '#000000'", "lc rgb '#661100'",
                           "lc rgb '#0072b2'", "lc rgb '#56b4e9' dt 2", "lc rgb '#cc79a7'", "lc rgb '#009e73'"};
-  const std::vector<Json> kept = cells.of(
+  const std::vector<Json> kept = cells.measure_all(
       sweeps,
       [&](const Sweep& sweep) { return formatted("order over time: %s, %d, %d", sweep.title.c_str(), n, substeps); },
       [&](const Sweep& sweep) { return strains(trial_of(sweep, *system, n, substeps, frames), cells); });
-  if (cells.partial()) return section;
+  if (cells.is_partial()) return section;
   for (std::size_t k = 0; k < sweeps.size(); ++k) {
     const Sweep& sweep = sweeps[k];
     const Json& all = kept[k]["rms"];
-    // The later over the earlier, and thinner: where they coincide, all are seen.
+    // Later lines are drawn over earlier ones, and thinner, so that all are visible where they coincide.
     const double width = 2.5 + 1.3 * double(sweeps.size() - k);
     bench::Series series{"", formatted("with lines lw %g ", width) + styles[k % 8], sweep.title};
     for (std::size_t frame = 0; frame < all.size(); ++frame)
@@ -107,7 +107,7 @@ Section history(const std::vector<Sweep>& sweeps, Cells& cells, Json& rows) {
                     {"y", substeps},
                     {"rms_strain", last},
                     {"frames", all.size()}});
-    keep_machine(rows.back(), kept[k]);
+    copy_machine(rows.back(), kept[k]);
     section.sentences.push_back(
         sweep.title +
         (finite ? formatted(": RMS strain %.2g after %g s.", last, frames * kFrame)
@@ -135,8 +135,8 @@ std::vector<Section> order_map(Cells& cells, Json& rows) {
   for (const double n : x.values) systems.push_back(constraints_of(int(n)));
   std::vector<Panel> panels;
   for (const Sweep& sweep : sweeps) {
-    Panel panel{sweep.title, x, y, {}, {}, sweep.ours};
-    fill(panel, cells, "order: " + sweep.title + ", ", "", true, [&](std::size_t k, double substeps) {
+    Panel panel{sweep.title, x, y, {}, {}, sweep.is_malha};
+    run_columns(panel, cells, "order: " + sweep.title + ", ", "", true, [&](std::size_t k, double substeps) {
       return judge(trial_of(sweep, *systems[k], int(x.values[k]), int(substeps), 60), cells);
     });
     panels.push_back(panel);
@@ -144,11 +144,12 @@ std::vector<Section> order_map(Cells& cells, Json& rows) {
   Section map{"Order of the sweep, by resolution and substeps"};
   Json over_time = Json::array();
   const Section after = history(sweeps, cells, over_time);
-  if (cells.partial()) return {};
+  if (cells.is_partial()) return {};
   map.sentences = {
-      "A sheet of 2 m and 1 kg, held at two corners, is let go horizontally for 1 s; hard constraints, or springs of "
-      "10 kN/m, one sweep a substep. Plain: one constraint after the other, in order of distance from the pins, "
-      "counted in edges, or by colours."};
+      "A sheet of 2 m and 1 kg, pinned at two corners, is released from the horizontal for 1 s; hard constraints, or "
+      "springs of 10 kN/m, one sweep per substep. Plain: one constraint after the other, in order of the graph "
+      "distance "
+      "from the pins, or by colours."};
   for (const Panel& panel : panels) {
     int count[3]{};
     double gain = 0, strain = 0;
@@ -162,7 +163,7 @@ std::vector<Section> order_map(Cells& cells, Json& rows) {
                                 "most %.2g times the energy of the fall, at an RMS strain of at most %.2g.",
                                 count[0], count[0] + count[1] + count[2], count[1], count[2], gain, strain));
   }
-  finish(map, "order", "Order of the sweep: one iteration a substep", panels, 4, rows);
+  complete_map_section(map, "order", "Order of the sweep: one iteration a substep", panels, 4, rows);
   rows.insert(rows.end(), over_time.begin(), over_time.end());
   return {map, after};
 }

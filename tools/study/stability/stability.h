@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Study "stability": where each method fails, how, and what guards the user.
+// Study "stability": the settings with which each method fails, how it fails, and remedies.
 #pragma once
 #include <string>
 #include <vector>
@@ -8,10 +8,10 @@
 
 namespace malha::study {
 
-/// A map, or a known failure.
+/// A part of the study: a map or a known failure.
 struct StabilityPart {
-  std::string name;             // of its rows: "map"
-  int cells = 0, in_quick = 0;  // that it makes, in full and in quick
+  std::string name;                // value of "map" in its rows
+  int cells = 0, quick_cells = 0;  // number of cells, in the full and the quick version
   std::vector<Section> (*run)(Cells& cells, Json& rows) = nullptr;
 };
 

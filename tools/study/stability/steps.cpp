@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The map of the study "stability" over time steps and stiffness.
+// Map of the study "stability" over time step and stiffness.
 #include "tools/study/reference/steps.h"
 
 #include "tools/bench/output.h"
@@ -12,21 +12,21 @@ namespace {
 using bench::formatted;
 
 constexpr double kSide = 1, kMass = 0.2, kSeconds = 2;  // m, kg, s
-constexpr double kEuler = 2, kRk4 = 2.828;              // omega_max h up to which small motions stay bounded
+constexpr double kEulerLimit = 2, kRk4Limit = 2.828;    // stability limits of omega_max h
 
-struct Way {
+struct StepMethod {
   using Step = std::function<void(State&)>;
   std::string title;
-  SolverSpec solver;                                         // of malha
-  Step (*advance)(const SpringSystem&, double h) = nullptr;  // by a step of h; null: malha's
-  double limit = 0;                                          // of omega_max h; 0: none is known
-  int most = 4000;                                           // steps
+  SolverSpec solver;                                         // for malha
+  Step (*advance)(const SpringSystem&, double h) = nullptr;  // makes a step function; null: malha's solver
+  double limit = 0;                                          // theoretical limit of omega_max h; 0: none
+  int most = 4000;                                           // largest number of steps
 };
 
 int newton_steps(bool quick) { return quick ? 60 : 200; }
 
-std::vector<Way> ways(bool quick) {
-  std::vector<Way> all;
+std::vector<StepMethod> step_methods(bool quick) {
+  std::vector<StepMethod> all;
   SolverSpec solver;
   solver.substeps = 1;
   all.push_back({"XPBD, 1 iteration", solver});
@@ -40,33 +40,34 @@ std::vector<Way> ways(bool quick) {
   all.push_back({"Desbrun, int16", solver});
   solver.desbrun.storage.reset(), solver.desbrun.refinement_iterations = 8, solver.desbrun.filter = FilterKind::Sparse;
   all.push_back({"Desbrun, refine 8", solver});
-  const auto euler = [](const SpringSystem& system, double h) -> Way::Step {
+  const auto euler = [](const SpringSystem& system, double h) -> StepMethod::Step {
     return [&system, h](State& state) { symplectic_euler(system, h, state); };
   };
-  const auto runge = [](const SpringSystem& system, double h) -> Way::Step {
+  const auto runge = [](const SpringSystem& system, double h) -> StepMethod::Step {
     return [&system, h](State& state) { rk4(system, h, state); };
   };
-  const auto backward = [](const SpringSystem& system, double h) -> Way::Step {
+  const auto backward = [](const SpringSystem& system, double h) -> StepMethod::Step {
     return [newton = std::make_shared<BackwardEuler>(system), h](State& state) { newton->step(h, state); };
   };
-  all.push_back({"symplectic Euler", {}, euler, kEuler});
-  all.push_back({"RK4", {}, runge, kRk4});
+  all.push_back({"symplectic Euler", {}, euler, kEulerLimit});
+  all.push_back({"RK4", {}, runge, kRk4Limit});
   all.push_back({"backward Euler", {}, backward, 0, newton_steps(quick)});
-  for (Way& way : all)
-    if (quick) way.most = std::min(way.most, 400);
+  for (StepMethod& method : all)
+    if (quick) method.most = std::min(method.most, 400);
   return all;
 }
 
-Outcome one(const Way& way, const SpringSystem& system, Scene scene, double h, const Cells& cells) {
-  const int steps = steps_of(kSeconds, h, way.most);
+Outcome run_trial(const StepMethod& method, const SpringSystem& system, Scene scene, double h, const Cells& cells) {
+  const int steps = steps_of(kSeconds, h, method.most);
   const double scale = kMass * kGravity * kSide;
-  if (way.advance) return judge(reference_trial(system, way.advance(system, h), steps, scale), cells);
-  scene.solver = way.solver, scene.solver.dt = h, scene.solver.levels = 0;
+  if (method.advance) return judge(reference_trial(system, method.advance(system, h), steps, scale), cells);
+  scene.solver = method.solver, scene.solver.dt = h, scene.solver.levels = 0;
   return judge(malha_trial(scene, steps, scale), cells);
 }
 
-/// The least and the most of where columns fail from, each times its scale (1 where none are given); 0 where none does.
-std::pair<double, double> failing(const Panel& panel, const std::vector<double>& scales = {}) {
+/// The smallest and the largest time step from which columns fail, each times its scale (1 if none are given); the
+/// largest is 0 if no column fails.
+std::pair<double, double> failure_range(const Panel& panel, const std::vector<double>& scales = {}) {
   double least = 1e300, most = 0;
   for (std::size_t k = 0; k < panel.columns.size(); ++k) {
     if (!panel.columns[k].contains("fails_from")) continue;
@@ -76,15 +77,16 @@ std::pair<double, double> failing(const Panel& panel, const std::vector<double>&
   return {least, most};
 }
 
-/// How close the boundaries lie to the theory's.
-std::string theory_sentence(const Panel& panel, const Way& way, const std::vector<double>& omega) {
-  const auto [least, most] = failing(panel, omega);
-  if (most == 0) return way.title + " fails nowhere on the map.";
-  return way.title + formatted(" fails from omega_max h = %.2f to %.2f; theory says %.2f.", least, most, way.limit);
+/// A sentence that compares the boundaries with theory.
+std::string theory_sentence(const Panel& panel, const StepMethod& method, const std::vector<double>& omega) {
+  const auto [least, most] = failure_range(panel, omega);
+  if (most == 0) return method.title + " fails nowhere on the map.";
+  return method.title +
+         formatted(" fails from omega_max h = %.2f to %.2f; theory says %.2f.", least, most, method.limit);
 }
 
 std::string steps_sentence(const Panel& panel) {
-  const auto [least, most] = failing(panel);
+  const auto [least, most] = failure_range(panel);
   int diverged = 0, nowhere = 0;
   for (const Json& column : panel.columns) {
     for (const auto& verdict : column["verdicts"]) diverged += verdict == int(Verdict::Diverged);
@@ -115,15 +117,15 @@ Section steps_map(Cells& cells, Json& rows) {
   }
   Section section{"Time step and stiffness"};
   std::vector<Panel> panels;
-  const std::vector<Way> all = ways(quick);
-  for (const Way& way : all) {
-    Panel panel{way.title, x, y, {}, {}, way.advance == nullptr};
-    fill(panel, cells, "steps: " + way.title + ", ", " N/m", false, [&](std::size_t k, double h) {
-      return one(way, *systems[k], hanging_sheet(n, kSide, kMass, 1 / x.values[k]), h, cells);
+  const std::vector<StepMethod> all = step_methods(quick);
+  for (const StepMethod& method : all) {
+    Panel panel{method.title, x, y, {}, {}, method.advance == nullptr};
+    run_columns(panel, cells, "steps: " + method.title + ", ", " N/m", false, [&](std::size_t k, double h) {
+      return run_trial(method, *systems[k], hanging_sheet(n, kSide, kMass, 1 / x.values[k]), h, cells);
     });
-    if (way.limit > 0) {
-      TheoryLine line{formatted("omega h = %.2f, from the spectrum", way.limit), {}};
-      for (std::size_t k = 0; k < omega.size(); ++k) line.points.push_back({x.values[k], way.limit / omega[k]});
+    if (method.limit > 0) {
+      TheoryLine line{formatted("omega h = %.2f, from the spectrum", method.limit), {}};
+      for (std::size_t k = 0; k < omega.size(); ++k) line.points.push_back({x.values[k], method.limit / omega[k]});
       panel.theory = {line};
     }
     panels.push_back(panel);
@@ -131,24 +133,28 @@ Section steps_map(Cells& cells, Json& rows) {
   const Axis stiffnesses{"PBD stiffness",
                          quick ? std::vector<double>{0.01, 1} : std::vector<double>{1e-4, 1e-3, 0.01, 0.1, 0.5, 1}};
   Panel pbd{"PBD, 1 iteration", stiffnesses, y};
-  fill(pbd, cells, "steps: PBD, ", "", false, [&](std::size_t k, double h) {
+  run_columns(pbd, cells, "steps: PBD, ", "", false, [&](std::size_t k, double h) {
     Scene scene = hanging_sheet(n, kSide, kMass, 0);
     scene.bodies[0].constraints[0].stiffness = stiffnesses.values[k];
-    return one({"PBD", ways(quick)[0].solver, nullptr, 0, quick ? 400 : 4000}, *systems[0], scene, h, cells);
+    return run_trial({"PBD", step_methods(quick)[0].solver, nullptr, 0, quick ? 400 : 4000}, *systems[0], scene, h,
+                     cells);
   });
-  if (cells.partial()) return section;
+  if (cells.is_partial()) return section;
   section.sentences = {
       formatted(
-          "A sheet of %d x %d particles (1 m, 0.2 kg) is let go horizontally, held at one row, for 2 s (at least 200 "
-          "steps, at most %d, of Newton's %d). Wrong: some strain exceeds 50 %%, or the energy grows by more than 5 %% "
-          "of what the sheet can fall by; diverged: no longer finite, or grown by more than ten times that.",
+          "A sheet of %d x %d particles (1 m, 0.2 kg), pinned at one row, is released from the horizontal for 2 s (at "
+          "least 200 steps, at most %d, with Newton's method %d). Wrong: some strain exceeds 50 %%, or the energy "
+          "grows by "
+          "more than 5 %% of the potential energy that the sheet can lose; diverged: no longer finite, or grown by "
+          "more "
+          "than ten times that energy.",
           n, n, quick ? 400 : 4000, newton_steps(quick)),
       steps_sentence(pbd)};
   for (std::size_t k = 0; k < all.size(); ++k)
     section.sentences.push_back(all[k].limit > 0 ? theory_sentence(panels[k], all[k], omega)
                                                  : steps_sentence(panels[k]));
   panels.insert(panels.begin(), pbd);
-  finish(section, "steps", "Time step and stiffness: where each method holds", panels, 5, rows);
+  complete_map_section(section, "steps", "Time step and stiffness: where each method holds", panels, 5, rows);
   return section;
 }
 

@@ -14,9 +14,9 @@ namespace {
 
 Sample sample_of(const Measures& m) { return {m.strain_max, m.strain_rms, m.kinetic + m.potential}; }
 
-/// One body of distances, in gravity.
-Scene sprung(const std::string& name, const Shape& shape, double mass, const Pin& pin, std::vector<std::string> on,
-             double compliance) {
+/// A scene of one body of distance constraints, with gravity.
+Scene spring_scene(const std::string& name, const Shape& shape, double mass, const Pin& pin,
+                   std::vector<std::string> on, double compliance) {
   ConstraintSpec lengths;
   lengths.type = "distance", lengths.elements = std::move(on);
   if (compliance > 0) lengths.compliance = compliance;
@@ -39,10 +39,10 @@ Outcome judge(const Trial& trial, const Cells& cells) {
     for (int step = 1; step <= trial.steps; ++step) {
       trial.step();
       if (step % every != 0 && step != trial.steps) continue;
-      cells.go_on();
+      cells.check_interrupt();
       const Sample now = trial.sample();
       const double gain = (now.energy - start) / trial.scale;
-      if (!std::isfinite(now.rms) || !(gain <= kLostGain)) {
+      if (!std::isfinite(now.rms) || !(gain <= kDivergedGain)) {
         outcome.verdict = Verdict::Diverged;
         return outcome;
       }
@@ -69,16 +69,16 @@ Trial malha_trial(const Scene& scene, int steps, double scale) {
 }
 
 Trial malha_trial(const Model& model, int steps, double scale) {
-  const auto own = std::make_shared<Model>(model);
-  const std::shared_ptr<Solver> solver = make_solver(*own, 1);
-  return {[own, solver] { solver->step(); }, [own, solver] { return sample_of(solver->measure()); }, steps, scale,
-          !warnings(*own).empty()};
+  const auto copy = std::make_shared<Model>(model);
+  const std::shared_ptr<Solver> solver = make_solver(*copy, 1);
+  return {[copy, solver] { solver->step(); }, [copy, solver] { return sample_of(solver->measure()); }, steps, scale,
+          !warnings(*copy).empty()};
 }
 
 Sample sample_of(const SpringSystem& system, const State& state) {
   const Vector strain = system.strains(state.x);
   return {strain.cwiseAbs().maxCoeff(), strain.norm() / std::sqrt(static_cast<double>(strain.size())),
-          balance(system, state).energy()};
+          conserved_quantities(system, state).energy()};
 }
 
 Trial reference_trial(const SpringSystem& system, std::function<void(State&)> advance, int steps, double scale) {
@@ -88,19 +88,19 @@ Trial reference_trial(const SpringSystem& system, std::function<void(State&)> ad
 
 Scene hanging_sheet(int n, double side, double mass, double compliance) {
   Scene scene =
-      sprung("sheet", GridShape{{side, side}, {n - 1, n - 1}}, mass, RowPin{}, {"edges", "shear"}, compliance);
+      spring_scene("sheet", GridShape{{side, side}, {n - 1, n - 1}}, mass, RowPin{}, {"edges", "shear"}, compliance);
   scene.solver.levels = 0;  // the boundaries are those of sweeps over the particles
   return scene;
 }
 
-Scene cornered_sheet(int n, double side, double mass, double compliance) {
+Scene corner_pinned_sheet(int n, double side, double mass, double compliance) {
   Scene scene = hanging_sheet(n, side, mass, compliance);
   scene.bodies[0].pins = {ListPin{{0, n - 1}}};
   return scene;
 }
 
-Scene held_chain(const Vec3& end, int links, double mass, double compliance) {
-  return sprung("chain", ChainShape{{0, 0, 0}, end, links}, mass, ListPin{{0}}, {"edges"}, compliance);
+Scene pinned_chain(const Vec3& end, int links, double mass, double compliance) {
+  return spring_scene("chain", ChainShape{{0, 0, 0}, end, links}, mass, ListPin{{0}}, {"edges"}, compliance);
 }
 
 }  // namespace malha::study
