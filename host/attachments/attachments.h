@@ -45,7 +45,7 @@ class Attachments {
       if (over(set.release_time, start, substep_)) continue;
       const R alpha = R(set.alpha / (substep_ * substep_));
       parallel_for(executor_, static_cast<int>(set.list.size()),
-                   Attach<R>{p, w, set.list.data(), set.anchor.data(), pose_at(set.motion, end), set.lambda.data(),
+                   SolveAttachment<R>{p, w, set.list.data(), set.anchor.data(), pose_at(set.motion, end), set.lambda.data(),
                              R(set.share), alpha, first_iteration});
     }
   }

@@ -18,17 +18,17 @@ class LongRange {
   }
 
   void project(const Displaced<R>& p, const R* w) const {
-    parallel_for(executor_, static_cast<int>(particle_.size()), LimitReach<R>{reaches(w), p});
+    parallel_for(executor_, static_cast<int>(particle_.size()), LimitTethers<R>{reaches(w), p});
   }
   /// The farthest that a particle is beyond a reach, over that reach: what contacts took back.
   double beyond(const Points<R>& x, const R* w) const {
-    return parallel_reduce<Largest>(executor_, static_cast<int>(particle_.size()), MeasureBeyondReach<R>{reaches(w), x})
+    return parallel_reduce<Largest>(executor_, static_cast<int>(particle_.size()), MeasureTetherExcess<R>{reaches(w), x})
         .value;
   }
   std::size_t bytes() const { return particle_.bytes() + begin_.bytes() + anchor_.bytes() + reach_.bytes(); }
 
  private:
-  PinReaches<R> reaches(const R* w) const {
+  Tethers<R> reaches(const R* w) const {
     return {w, particle_.data(), begin_.data(), anchor_.data(), reach_.data()};
   }
 

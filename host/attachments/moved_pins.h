@@ -78,7 +78,7 @@ class KinematicPins {
       if (!set.released && over(set.release_time, start, substep_)) set.released = true, set_inverse_mass(set, w);
       if (set.released || !set.target.moves()) continue;
       parallel_for(executor_, count(set),
-                   Place<R>{all, set.list.data(), set.start.data(), pose_at(set.target.motion, end)});
+                   MoveToTarget<R>{all, set.list.data(), set.start.data(), pose_at(set.target.motion, end)});
     }
   }
   /// At its end.
@@ -86,7 +86,7 @@ class KinematicPins {
     for (Set& set : sets_)
       if (!set.released && set.target.moves())
         parallel_for(executor_, count(set),
-                     Arrive<R>{all, set.list.data(), set.start.data(), pose_at(set.target.motion, start),
+                     ArriveAtTarget<R>{all, set.list.data(), set.start.data(), pose_at(set.target.motion, start),
                                pose_at(set.target.motion, end), 1 / (end - start)});
   }
 

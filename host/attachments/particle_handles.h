@@ -92,14 +92,14 @@ class ParticleHandles {
     for (const One& one : all_)
       if (one.taken.is_held())
         parallel_for(executor_, 1,
-                     Place<R>{particles, one.list.data(), origin_.data(), shifted(one.at(substep + 1, substeps_))});
+                     MoveToTarget<R>{particles, one.list.data(), origin_.data(), shifted(one.at(substep + 1, substeps_))});
   }
   /// and at its end.
   void arrive(const Particles<R>& particles, int substep) {
     for (One& one : all_) {
       if (!one.taken.is_held()) continue;
       parallel_for(executor_, 1,
-                   Arrive<R>{particles, one.list.data(), origin_.data(), shifted(one.at(substep, substeps_)),
+                   ArriveAtTarget<R>{particles, one.list.data(), origin_.data(), shifted(one.at(substep, substeps_)),
                              shifted(one.at(substep + 1, substeps_)), 1 / h_});
       if (substep + 1 == substeps_) one.from = one.taken.to;
     }
@@ -109,7 +109,7 @@ class ParticleHandles {
     for (const One& one : all_)
       if (!one.taken.is_held())
         parallel_for(executor_, 1,
-                     Attach<R>{p, w, one.list.data(), origin_.data(), shifted(one.taken.to), one.lambda.data(), R(1),
+                     SolveAttachment<R>{p, w, one.list.data(), origin_.data(), shifted(one.taken.to), one.lambda.data(), R(1),
                                R(one.taken.compliance / (h_ * h_)), first_iteration});
   }
 

@@ -22,7 +22,7 @@ HOST_KERNEL void for_each_of_word(const unsigned long long* bits, int word, cons
 /// The particles that a word of bits names: others keep within a ball without surface. Those that nothing holds back
 /// are named by `pressed`.
 template <class R>
-struct PutBeforeMeshes : EnvironmentView<R> {
+struct ClampTunnelling : EnvironmentView<R> {
   using AsksTheHost = void;
   const unsigned long long* bits;
   unsigned long long* pressed;
@@ -81,7 +81,7 @@ struct PutBeforeMeshes : EnvironmentView<R> {
 
 /// The same after what holds bodies apart has moved them: what crosses a mesh now rests on it, as seen from the mesh.
 template <class R>
-struct CarryBeforeMeshes : PutBeforeMeshes<R> {
+struct MoveWithMeshes : ClampTunnelling<R> {
   template <class Group>
   HOST_KERNEL void operator()(const Group& group) const {
     this->pressed[group.index] = 0;
@@ -101,7 +101,7 @@ struct CarryBeforeMeshes : PutBeforeMeshes<R> {
 
 /// How far and whither the particles that bits name were pressed through meshes is remembered.
 template <class R>
-struct NotePressed : PutBeforeMeshes<R> {
+struct RecordTunnelling : ClampTunnelling<R> {
   template <class Group>
   HOST_KERNEL void operator()(const Group& group) const {
     for_each_of_word(this->bits, group.index, [this](int i) KERNEL_LAMBDA { note(i); });
@@ -116,35 +116,35 @@ struct NotePressed : PutBeforeMeshes<R> {
         const Point n = this->normal(i, mesh, at);
         ClosestPointRecord last = known.seen(i, to_local(mesh.before, this->x(i)));
         last.tunnel_offset = n * dot(n, to_local(mesh.after, this->p(i)) - at.q);
-        known.give_places(i / kGroupSize, this->particles, mesh.before);
+        known.allocate_entries(i / kGroupSize, this->particles, mesh.before);
         known.see(i, last);
-        invalidate_place(*known.contact(i));
+        invalidate_cached_position(*known.contact(i));
       }
   }
 };
 
 /// Which particles that has moved, and by which mesh: nobody carries what another mesh was in the way of.
 template <class R>
-struct NoteCarried {
+struct MarkMovedParticles {
   Particles<R> particles;
   Points<R> before;  // the ways
-  HeldByEdges<R> held;
+  KinematicMarks<R> held;
   const Pose* motion;
   int meshes;
   KERNEL Sum operator()(int i) const {
     const Vector3<R> way = particles.p.d[i];
     if (same(way, before[i])) return {};
     if (!held.any()) return {1.0};
-    Carrier by = 0;
+    KinematicOwner by = 0;
     while (by < meshes && !same(way, carried(motion[by], particles.x[i]))) ++by;
-    held.w[i] = R(0), held.by[i] = by < meshes ? held.number + by : kNobody;
+    held.w[i] = R(0), held.by[i] = by < meshes ? held.number + by : kNoOwner;
     return {1.0};
   }
 };
 
 /// Which particles of a word a bounce carries back, a bit each: from x, where the substep ended, to p.
 template <class R>
-struct FindBounced {
+struct FindRestituted {
   Particles<R> particles;
   unsigned long long* bits;
   KERNEL void operator()(int word) const {
@@ -159,7 +159,7 @@ struct FindBounced {
 
 /// What a bounce carries back on its way ends where it would cross a mesh.
 template <class R>
-struct HoldBounce : EnvironmentView<R> {
+struct ClampRestitution : EnvironmentView<R> {
   using AsksTheHost = void;
   const unsigned long long* bits;
   template <class Group>

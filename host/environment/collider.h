@@ -26,7 +26,7 @@ class EnvironmentCollider {
  public:
   EnvironmentCollider(const Executor& executor, const Model& model)
       : executor_(executor),
-        host_words_(executor),
+        staging_(executor),
         particles_(model.x.size()),
         words_(static_cast<int>(words_of(particles_))) {
     for (const EnvironmentMesh& mesh : model.environment) {
@@ -61,22 +61,22 @@ class EnvironmentCollider {
 
   /// After the last iteration: nothing that was dragged crosses a surface.
   void clamp_tunnelling(const Particles<R>& particles) {
-    hold_crossing<PutBeforeMeshes<R>>(find_crossing(particles), particles);
+    hold_crossing<ClampTunnelling<R>>(find_crossing(particles), particles);
   }
 
   /// After what holds bodies apart: what it has moved across a surface goes with that mesh instead, from where it came,
   /// or, unless `carries`, is put before it. `held` notes it, by numbers of meshes. Returns whether anything moved.
-  bool move_with_meshes(const Particles<R>& particles, const HeldByEdges<R>& held, bool carries) {
+  bool resolve_crossings(const Particles<R>& particles, const KinematicMarks<R>& held, bool carries) {
     const ActiveCount asked = find_crossing(particles);
     if (asked.particles == 0) return false;
     if (before_.size() == 0) before_ = PointArray<Executor, R>(static_cast<std::size_t>(particles.count));
     parallel_for(executor_, particles.count, CopyPoints<R, Points<R>, Points<R>>{particles.p.d, before_.points()});
-    carries ? hold_crossing<CarryBeforeMeshes<R>>(asked, particles)
-            : hold_crossing<PutBeforeMeshes<R>>(asked, particles);
+    carries ? hold_crossing<MoveWithMeshes<R>>(asked, particles)
+            : hold_crossing<ClampTunnelling<R>>(asked, particles);
     std::vector<Pose> motion;
     append_motion(motion);
     const Array<Executor, Pose> there(motion);
-    const NoteCarried<R> note{particles, before_.points(), held, there.data(), count()};
+    const MarkMovedParticles<R> note{particles, before_.points(), held, there.data(), count()};
     return parallel_reduce<Sum>(executor_, particles.count, note).value > 0;
   }
   /// Adds how each mesh moves in this substep.
@@ -108,10 +108,10 @@ class EnvironmentCollider {
     for (int k = 0; k < count(); ++k) {
       const ContactCacheView<R> nearby = obstacles_[k].memory.view();
       words(particles.count > kParticleGrain,
-            MeasureRoom<R>{particles.x, particles.v, particles.w, particles.count, nearby,
+            MeasureClearance<R>{particles.x, particles.v, particles.w, particles.count, nearby,
                            static_cast<float>(2 * obstacles_[k].spec.thickness), rounding, k == 0, rooms_.data()});
     }
-    const MinClearance all = parallel_reduce<MinClearance>(executor_, words_, SumRooms{rooms_.data()});
+    const MinClearance all = parallel_reduce<MinClearance>(executor_, words_, ReduceClearance{rooms_.data()});
     const double speed = (all.distance - g * h * h) / ((substeps + 1) * h);
     return std::sqrt(all.speed2) + g * h * substeps < speed ? speed : 0;
   }
@@ -129,7 +129,7 @@ class EnvironmentCollider {
     parallel_for(executor_, particles.count, ReconstructPrevious<R>{particles, then.x, R(h)});
     place_meshes(start, start + h);
     clamp_tunnelling(then);
-    parallel_for(executor_, particles.count, KeepHeld<R>{particles, R(1 / h)});
+    parallel_for(executor_, particles.count, CommitClamped<R>{particles, R(1 / h)});
   }
 
   /// `resting`: the speed that gravity gives in two substeps, below which nothing bounces (m/s).
@@ -139,8 +139,8 @@ class EnvironmentCollider {
                    ApplyRestitution<R>{particles.p, particles.v, o.memory.view().contacts, R(o.spec.restitution),
                                        R(o.spec.friction), R(resting), R(1 / h)});
     if (!bounces_) return;
-    parallel_for(executor_, words_, FindBounced<R>{particles, bits(0)});
-    on_words<HoldBounce<R>>(count_asked(0), particles);
+    parallel_for(executor_, words_, FindRestituted<R>{particles, bits(0)});
+    on_words<ClampRestitution<R>>(count_asked(0), particles);
   }
 
   /// Whether restitute moves anything.
@@ -165,14 +165,14 @@ class EnvironmentCollider {
   }
 
   std::size_t bytes() const {
-    std::size_t sum = bits_.bytes() + rooms_.bytes() + host_words_.bytes() + before_.bytes();
+    std::size_t sum = bits_.bytes() + rooms_.bytes() + staging_.bytes() + before_.bytes();
     for (const Obstacle& o : obstacles_) sum += o.memory.bytes() + o.surface.bytes();
     return sum;
   }
 
   ContactStats facts() const {
     ContactStats facts = facts_;
-    facts.far_bytes = bits_.bytes() + rooms_.bytes() + host_words_.bytes() + before_.bytes();
+    facts.far_bytes = bits_.bytes() + rooms_.bytes() + staging_.bytes() + before_.bytes();
     for (const Obstacle& o : obstacles_) {
       facts.near += o.memory.near();
       facts.far_bytes += o.memory.bytes() - o.memory.near_bytes(), facts.near_bytes += o.memory.near_bytes();
@@ -197,7 +197,7 @@ class EnvironmentCollider {
   void tell(const Take& take) const {
     for (const Obstacle& o : obstacles_) take(o.memory.boxes());
     for (const Obstacle& o : obstacles_) take(o.memory.places());
-    for (std::size_t k = 0; k < obstacles_.size(); ++k) take(obstacles_[k].memory.near_pairs(first_pair(k)));
+    for (std::size_t k = 0; k < obstacles_.size(); ++k) take(obstacles_[k].memory.pair_records(first_pair(k)));
   }
   std::size_t box_count() const { return obstacles_.size() * words_of(particles_); }
   std::size_t near_count() const {
@@ -205,23 +205,23 @@ class EnvironmentCollider {
     for (const Obstacle& o : obstacles_) sum += static_cast<std::size_t>(o.memory.near());
     return sum;
   }
-  std::size_t most_places() const {
+  std::size_t max_entries() const {
     std::size_t sum = 0;
-    for (const Obstacle& o : obstacles_) sum += o.memory.most_places();
+    for (const Obstacle& o : obstacles_) sum += o.memory.max_entries();
     return sum;
   }
   void restore_state(const ContactMemory& all) {
     const std::size_t words = words_of(particles_);
-    const PlaceSeen* place = all.places.data();
-    const SeenOfPair *from = all.near.data(), *const last = from + all.near.size();
+    const CacheEntry* place = all.places.data();
+    const PairRecord *from = all.near.data(), *const last = from + all.near.size();
     for (std::size_t k = 0; k < obstacles_.size(); ++k) {
-      const SeenOfPair* const end =
+      const PairRecord* const end =
           std::find_if(from, last, [&](const auto& a) { return a.pair >= first_pair(k + 1); });
-      NearMemory<Executor, R>& memory = obstacles_[k].memory;
+      ContactCacheStorage<Executor, R>& memory = obstacles_[k].memory;
       if (all.boxes.empty()) {
         memory.forget(executor_);
       } else {
-        const WordBox* const first = all.boxes.data() + k * words;
+        const GroupBox* const first = all.boxes.data() + k * words;
         memory.restore_state(executor_, {first, first + words}, place, from, static_cast<std::size_t>(end - from),
                              first_pair(k));
         place += places_of(first, particles_);
@@ -239,7 +239,7 @@ class EnvironmentCollider {
         : surface(std::move(s)), spec(e), memory(particles) {}
     Surface surface;
     EnvironmentSpec spec;
-    NearMemory<Executor, R> memory;
+    ContactCacheStorage<Executor, R> memory;
   };
 
   int count() const { return static_cast<int>(obstacles_.size()); }
@@ -282,14 +282,14 @@ class EnvironmentCollider {
     const EnvironmentView<R> there = surroundings(particles);
     const ActiveMask asked{bits(0), count(), words_};
     unsigned long long *const once = bits(count()), *const lifted = bits(count() + 1);
-    parallel_for(executor_, words_, FindAskedOnce{asked, once, lifted});
+    parallel_for(executor_, words_, FindSingleMeshParticles{asked, once, lifted});
     for (int k = 0; k < count(); ++k) {
       double most_lift = INFINITY;
       for (int other = 0; other < count(); ++other)
         if (other != k) most_lift = std::min(most_lift, double(reach(other)));
-      const ListBits own{bits(k), k > 0 ? bits(k - 1) : nullptr, once, lifted};
-      parallel_for(executor_, words_, GivePlaces<R>(look_at(there, k), own));
-      parallel_for(executor_, particles.count, AnswerByLists<R>(look_at(there, k), own, most_lift));
+      const QueryMasks own{bits(k), k > 0 ? bits(k - 1) : nullptr, once, lifted};
+      parallel_for(executor_, words_, AllocateEntries<R>(look_at(there, k), own));
+      parallel_for(executor_, particles.count, QueryOctree<R>(look_at(there, k), own, most_lift));
     }
     const ActiveCount left = parallel_reduce<ActiveCount>(executor_, words_, CountActive{asked});
     if (left.particles == 0) return;
@@ -297,7 +297,7 @@ class EnvironmentCollider {
       for (int k = 0; k < count(); ++k)
         parallel_for_interleaved(executor_, cargo.words, FindContact<R>{all, k, cargo.bits(k)});
     };
-    host_words_.ask(there, asked, left, look, go_on);
+    staging_.ask(there, asked, left, look, go_on);
   }
 
   /// Marks the particles whose way may lead through a surface. On a device they get slots at all meshes.
@@ -318,7 +318,7 @@ class EnvironmentCollider {
   /// The first test of mesh k (see BroadPhaseTest).
   void broad_phase(const Particles<R>& particles, int k, float reach, unsigned long long* bits, bool add) {
     const MovingSurface& mesh = meshes_[k];
-    const NearMemory<Executor, R>& memory = obstacles_[k].memory;
+    const ContactCacheStorage<Executor, R>& memory = obstacles_[k].memory;
     const SurfaceView& surface = mesh.surface->view();
     const FloatBox box{rounded<float>(surface.centre), rounded<float>(surface.half)};
     words(particles.count > kParticleGrain || memory.slots() > kLooks,
@@ -329,7 +329,7 @@ class EnvironmentCollider {
   /// or of those up to the mesh's own. Returns how many particles and groups passed.
   ActiveCount reserve_slots(int first, int last, const ActiveMask& questions) {
     const auto counting = [&](int k) {
-      return CountTested<R>{{questions.bits, std::min(k + 1, questions.count), words_}, obstacles_[k].memory.view()};
+      return CountBroadPhase<R>{{questions.bits, std::min(k + 1, questions.count), words_}, obstacles_[k].memory.view()};
     };
     std::vector<BroadPhaseCounts> tested;
     if constexpr (kOnHost) {
@@ -371,16 +371,16 @@ class EnvironmentCollider {
       const ActiveCount pressed = asked.particles > 0 ? count_asked(1) : ActiveCount{};
       if (pressed.particles == 0) return;
       reserve_slots(0, count(), {bits(1), 1, words_});
-      deal_words(pressed.particles, NotePressed<R>{surroundings(particles), bits(1), nullptr});
+      deal_words(pressed.particles, RecordTunnelling<R>{surroundings(particles), bits(1), nullptr});
     } else if (asked.particles > 0) {
       Memory<Executor>::fill(bits(1), static_cast<std::size_t>(words_), 0ull);
       const auto look = [&](const auto& all, const auto& cargo) {
         parallel_for_interleaved(executor_, cargo.words, Kernel{all, cargo.bits(0), cargo.bits(1)});
         const unsigned long long* const pressed = cargo.bits(1);
         if (std::any_of(pressed, pressed + cargo.words, [](auto word) { return word != 0; }))
-          parallel_for_interleaved(executor_, cargo.words, NotePressed<R>{all, pressed, nullptr});
+          parallel_for_interleaved(executor_, cargo.words, RecordTunnelling<R>{all, pressed, nullptr});
       };
-      host_words_.ask(surroundings(particles), {bits(0), 2, words_}, asked, look, [](const ActiveMask&) {});
+      staging_.ask(surroundings(particles), {bits(0), 2, words_}, asked, look, [](const ActiveMask&) {});
     }
   }
 
@@ -391,7 +391,7 @@ class EnvironmentCollider {
     if constexpr (kOnHost)
       deal_words(asked.particles, Kernel{here, bits(0)});
     else if (asked.particles > 0)
-      host_words_.ask(
+      staging_.ask(
           here, {bits(0), 1, words_}, asked,
           [&](const auto& all, const auto& cargo) {
             parallel_for_interleaved(executor_, cargo.words, Kernel{all, cargo.bits(0)});
@@ -400,7 +400,7 @@ class EnvironmentCollider {
   }
 
   Executor executor_;
-  HostWords<Executor, R> host_words_;
+  HostQueryStaging<Executor, R> staging_;
   Array<Executor, BroadPhaseCounts> tested_;  // of each mesh, on a device
   Device device_;
   std::deque<Obstacle> obstacles_;

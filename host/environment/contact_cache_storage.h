@@ -14,10 +14,10 @@ namespace malha {
 
 /// What memory for pieces that are handed out has to do before so many more are: `size` pieces have room there, and
 /// fewer free ones than `spare` are not worth a copy.
-struct RoomForMore {
+struct CapacityPlan {
   bool tidies, moves;  // free pieces are taken out; what is kept goes to other memory
   std::size_t room;    // pieces of the other memory
-  RoomForMore(const Handed& handed, int more, std::size_t size, int spare) {
+  CapacityPlan(const AllocationCount& handed, int more, std::size_t size, int spare) {
     const std::size_t used = static_cast<std::size_t>(handed.used), added = static_cast<std::size_t>(more);
     const std::size_t needed = used - static_cast<std::size_t>(handed.freed) + added;
     const bool wide = size > 4 * needed + 32 * static_cast<std::size_t>(spare);
@@ -28,13 +28,13 @@ struct RoomForMore {
 };
 
 template <class Executor, class R>
-class NearMemory {
+class ContactCacheStorage {
  public:
-  explicit NearMemory(std::size_t particles)
+  explicit ContactCacheStorage(std::size_t particles)
       : particles_(particles),
-        boxes_(words_of(particles), WordBox{}),
+        boxes_(words_of(particles), GroupBox{}),
         which_(words_of(particles), -1),
-        handed_(2, Handed{}) {}
+        handed_(2, AllocationCount{}) {}
 
   ContactCacheView<R> view() const {
     return {boxes_.data(), which_.data(),  places_.data(),    contacts_.data(),
@@ -49,59 +49,59 @@ class NearMemory {
     reserve_slots(executor, slots, slots_handed(), places, places_handed());
   }
   /// Where it is known how many there are, and how many of them are free.
-  void reserve_slots(const Executor& executor, int slots, const Handed& of_slots, int places, const Handed& of_places) {
+  void reserve_slots(const Executor& executor, int slots, const AllocationCount& of_slots, int places, const AllocationCount& of_places) {
     make_room_for_slots(executor, slots, of_slots);
     make_room_for_places(executor, places, of_places);
   }
 
   /// Cells are no longer what they were.
-  void forget_cells(const Executor& executor) { parallel_for(executor, slots(), ForgetCells{near_.data()}); }
+  void forget_cells(const Executor& executor) { parallel_for(executor, slots(), ResetCells{near_.data()}); }
 
   /// What a later substep depends on, as ContactMemory has it. Of what is beyond float its slot tells all.
-  std::vector<WordBox> boxes() const { return boxes_.download(); }
-  std::vector<PlaceSeen> places() const {
+  std::vector<GroupBox> boxes() const { return boxes_.download(); }
+  std::vector<CacheEntry> places() const {
     const std::vector<int> which = which_.download();
     const auto own = first_of(places_, static_cast<std::size_t>(places_handed().used));
-    std::vector<PlaceSeen> all;
+    std::vector<CacheEntry> all;
     for (std::size_t word = 0; word < which.size(); ++word)
       for (int k = 0; which[word] >= 0 && k < particles_in(word, particles_); ++k) {
-        const PlaceSeen at = own[static_cast<std::size_t>(which[word])].of(k);
+        const CacheEntry at = own[static_cast<std::size_t>(which[word])].of(k);
         const bool finite = std::isfinite(at.x) && std::isfinite(at.y) && std::isfinite(at.z);
-        all.push_back(finite ? at : PlaceSeen{0, 0, 0, -INFINITY});
+        all.push_back(finite ? at : CacheEntry{0, 0, 0, -INFINITY});
       }
     return all;
   }
   /// `first`: pair of the mesh.
-  std::vector<SeenOfPair> near_pairs(long long first) const {
+  std::vector<PairRecord> pair_records(long long first) const {
     const auto slots = static_cast<std::size_t>(slots_handed().used);
     const std::vector<Contact<R>> contacts = first_of(contacts_, slots);
     const std::vector<ProximityRecord> near = first_of(near_, slots);
-    std::vector<SeenOfPair> all;
+    std::vector<PairRecord> all;
     for (std::size_t s = 0; s < slots; ++s)
       if (contacts[s].particle >= 0) all.push_back({first + contacts[s].particle, near[s].seen});
     std::sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.pair < b.pair; });
     return all;
   }
   /// Places of particles there are at most.
-  std::size_t most_places() const { return static_cast<std::size_t>(places_handed().used) * kGroupSize; }
+  std::size_t max_entries() const { return static_cast<std::size_t>(places_handed().used) * kGroupSize; }
   /// Of this mesh: its boxes, its places and what is near, of which there are so many.
-  void restore_state(const Executor& executor, std::vector<WordBox> boxes, const PlaceSeen* place,
-                     const SeenOfPair* near, std::size_t count, long long first) {
+  void restore_state(const Executor& executor, std::vector<GroupBox> boxes, const CacheEntry* place,
+                     const PairRecord* near, std::size_t count, long long first) {
     std::vector<int> which(boxes.size(), -1);
-    std::vector<WordPlaces> places;
+    std::vector<GroupEntries> places;
     std::vector<Contact<R>> contacts(count);
     std::vector<ProximityRecord> of_slots(count);
-    const auto places_for = [&](std::size_t word) -> WordPlaces& {
+    const auto places_for = [&](std::size_t word) -> GroupEntries& {
       if (which[word] < 0) {
         which[word] = static_cast<int>(places.size());
-        WordPlaces& own = places.emplace_back();
+        GroupEntries& own = places.emplace_back();
         own.word = static_cast<int>(word);
         for (int k = 0; k < kGroupSize; ++k) own.set(k, {0, 0, 0, -INFINITY}), own.slot[k] = -1;
       }
       return places[static_cast<std::size_t>(which[word])];
     };
     for (std::size_t word = 0; word < boxes.size(); ++word)
-      for (int k = 0; boxes[word].is_of_each() && k < particles_in(word, particles_); ++k)
+      for (int k = 0; boxes[word].has_entries() && k < particles_in(word, particles_); ++k)
         places_for(word).set(k, *place++);
     for (std::size_t s = 0; s < count; ++s) {
       contacts[s].particle = static_cast<int>(near[s].pair - first);
@@ -109,7 +109,7 @@ class NearMemory {
       of_slots[s].seen = near[s].seen;
       const auto word = static_cast<std::size_t>(contacts[s].particle / kGroupSize);
       places_for(word).slot[contacts[s].particle % kGroupSize] = static_cast<int>(s);
-      if (!boxes[word].is_of_each()) boxes[word].leave_to_each();
+      if (!boxes[word].has_entries()) boxes[word].use_entries();
     }
     handed_.upload({{}, {}});
     const int slots = static_cast<int>(count), words = static_cast<int>(places.size());
@@ -120,32 +120,32 @@ class NearMemory {
   }
 
   void forget(const Executor& executor) {
-    restore_state(executor, std::vector<WordBox>(boxes_.size(), WordBox{}), nullptr, nullptr, 0, 0);
+    restore_state(executor, std::vector<GroupBox>(boxes_.size(), GroupBox{}), nullptr, nullptr, 0, 0);
   }
 
   static constexpr std::size_t kSlotBytes = sizeof(ProximityRecord) + sizeof(Contact<R>);
   int near() const {
-    const Handed handed = slots_handed();
+    const AllocationCount handed = slots_handed();
     return handed.used - handed.freed;
   }
   /// Of slots that were ever filled: there is room for more, in pages that nothing was written to.
   std::size_t near_bytes() const { return near_bytes(slots_handed()); }
   std::size_t bytes() const {
-    const std::vector<Handed> handed = handed_.download();  // in one read
+    const std::vector<AllocationCount> handed = handed_.download();  // in one read
     const auto places = static_cast<std::size_t>(std::max(places_written_, handed[1].used));
-    return boxes_.bytes() + which_.bytes() + places * sizeof(WordPlaces) + near_bytes(handed[0]);
+    return boxes_.bytes() + which_.bytes() + places * sizeof(GroupEntries) + near_bytes(handed[0]);
   }
 
  private:
-  Handed slots_handed() const { return handed_.get(0); }
-  Handed places_handed() const { return handed_.get(1); }
-  std::size_t near_bytes(const Handed& handed) const {
+  AllocationCount slots_handed() const { return handed_.get(0); }
+  AllocationCount places_handed() const { return handed_.get(1); }
+  std::size_t near_bytes(const AllocationCount& handed) const {
     return static_cast<std::size_t>(std::max(written_, handed.used)) * kSlotBytes;
   }
 
-  void make_room_for_slots(const Executor& executor, int more, const Handed& handed) {
+  void make_room_for_slots(const Executor& executor, int more, const AllocationCount& handed) {
     most_ = handed.used + more;
-    const RoomForMore plan(handed, more, near_.size(), kSpareSlots);
+    const CapacityPlan plan(handed, more, near_.size(), kSpareSlots);
     if (!plan.tidies) return;
     Array<Executor, ProximityRecord> near_to(plan.moves ? plan.room : 0);
     Array<Executor, Contact<R>> contacts_to(plan.moves ? plan.room : 0);
@@ -159,12 +159,12 @@ class NearMemory {
     most_ = kept + more;
     empty_from(static_cast<std::size_t>(kept));
   }
-  void make_room_for_places(const Executor& executor, int more, const Handed& handed) {
-    const RoomForMore plan(handed, more, places_.size(), kSparePlaces);
+  void make_room_for_places(const Executor& executor, int more, const AllocationCount& handed) {
+    const CapacityPlan plan(handed, more, places_.size(), kSparePlaces);
     if (!plan.tidies) return;
-    Array<Executor, WordPlaces> to(plan.moves ? plan.room : 0);
+    Array<Executor, GroupEntries> to(plan.moves ? plan.room : 0);
     if (handed.used > 0)
-      parallel_for(executor, 1, TakeOutFreePlaces<R>{view(), plan.moves ? to.data() : places_.data()});
+      parallel_for(executor, 1, CompactEntries<R>{view(), plan.moves ? to.data() : places_.data()});
     places_written_ = std::max(places_written_, handed.used);
     if (plan.moves) places_ = std::move(to), places_written_ = handed.used - handed.freed;
   }
@@ -191,10 +191,10 @@ class NearMemory {
 
   static constexpr int kSpareSlots = 32, kSparePlaces = Memory<Executor>::kOfTheHost ? 4 : 32;
   std::size_t particles_;
-  Array<Executor, WordBox> boxes_;
+  Array<Executor, GroupBox> boxes_;
   Array<Executor, int> which_;             // of each word
-  Array<Executor, Handed> handed_;         // slots, and places of words
-  Array<Executor, WordPlaces> places_;     // of words
+  Array<Executor, AllocationCount> handed_;         // slots, and places of words
+  Array<Executor, GroupEntries> places_;     // of words
   Array<Executor, Contact<R>> contacts_;   // of each slot
   Array<Executor, ProximityRecord> near_;  // the same
   int written_ = 0, places_written_ = 0;   // slots, and places, since there is this room

@@ -22,28 +22,28 @@ class ContactList {
 
   /// Lays those of so many candidates that meet; `object`: of each point, `rules`: of each object; `sums`: memory for
   /// sums.
-  void lay(const EvaluateCandidate<R>& look, int candidates, const EdgeRules<R>* rules, const int* object,
+  void lay(const EvaluateCandidate<R>& look, int candidates, const EdgeContactParams<R>* rules, const int* object,
            ScratchBuffer<Executor, int>& sums) {
     found_ = 0;
     if (candidates == 0) return;
     int* const place = meets_.at_least(static_cast<std::size_t>(candidates));
-    parallel_for(executor_, candidates, CountMeetings<R>{look, place}, kGrain);
+    parallel_for(executor_, candidates, CountOverlappingCandidates<R>{look, place}, kGrain);
     found_ = running_sum(executor_, place, candidates, sums);
     if (found_ == 0) return;
     const auto many = static_cast<std::size_t>(found_);
     contacts_.at_least(many), active_.at_least(many), pushes_.at_least(many);
     int* const ends = ends_of_.at_least(many);
-    const LayEdgeContacts<R> lay{look, rules, object, place, candidates, found_, particles_, contacts_.data(), ends};
+    const BuildEdgeContacts<R> lay{look, rules, object, place, candidates, found_, particles_, contacts_.data(), ends};
     parallel_for(executor_, candidates, lay, kGrain);
     const int all = running_sum(executor_, ends, found_, sums);
-    parallel_for(executor_, found_, EnterParticles<R>{contacts_.data(), ends, particles_, ends_.items(all)}, kGrain);
+    parallel_for(executor_, found_, ListContactEnds<R>{contacts_.data(), ends, particles_, ends_.items(all)}, kGrain);
     int bits = 1;
     while ((1 << bits) < particles_) ++bits;
     ends_.sort(executor_, all, bits, particles_);
   }
 
   /// Grows contact distances and returns how many particles still have less than `most` (GrowEdgeDistances).
-  double grow_distances(const ScatteredPoints<R>& x, const EdgeRules<R>* rules, const int* object, R most) {
+  double grow_distances(const ScatteredPoints<R>& x, const EdgeContactParams<R>* rules, const int* object, R most) {
     const bool any = found_ > 0;
     const GrowEdgeDistances<R> grow{
         x, contacts_.data(), any ? ends_.sorted() : nullptr, any ? ends_.begin() : nullptr, rules, object, most};
@@ -67,20 +67,20 @@ class ContactList {
     }
     parallel_for(executor_, found_,
                  SolveContactsJacobi<R, ObjectFriction<R>>{moved, contacts_.data(), friction, pushes}, kGrain);
-    parallel_for(executor_, particles_, GatherPushes<R, TurnToWorld>{p, w, ends_.sorted(), begin, pushes, turn},
+    parallel_for(executor_, particles_, ApplyImpulses<R, TurnToWorld>{p, w, ends_.sorted(), begin, pushes, turn},
                  kGrain);
   }
 
   /// Marks the pairs that are about to cross: how many of them holding back can still help.
   double crossing(const DivisionPlanes<R>& planes, const R* w) {
-    const FindCrossing<R> find{planes, contacts_.data(), held_.data(), w, active_.data()};
+    const FindEdgeViolations<R> find{planes, contacts_.data(), held_.data(), w, active_.data()};
     return parallel_reduce<Sum>(executor_, found_, find, kGrain).value;
   }
   /// Holds back what crosses, `left` by crossing(), until nothing does; where it was, if it `rests`.
-  void hold(double left, const DivisionPlanes<R>& planes, const PlaceLocal<R>& place, bool rests, const R* w) {
+  void hold(double left, const DivisionPlanes<R>& planes, const SetFromLocal<R>& place, bool rests, const R* w) {
     for (; left > 0; left = crossing(planes, w))
       parallel_for(executor_, particles_,
-                   HoldParticles<R, PlaceLocal<R>>{planes, place, rests, contacts_.data(), ends_.sorted(),
+                   TruncateParticles<R, SetFromLocal<R>>{planes, place, rests, contacts_.data(), ends_.sorted(),
                                                    ends_.begin(), active_.data(), w, held_.data()},
                    kGrain);
     Memory<Executor>::fill(held_.data(), held_.size(), static_cast<unsigned char>(0));

@@ -28,7 +28,7 @@ struct ContactQuery {
     Point a, b;
     ClosestPointRecord last;
     double path, reach, moved, depth, radius;
-    NearTriangle near;
+    ClosestTriangle near;
   };
 
   /// Finds where a particle is and where it was seen; returns false where it cannot have come near since.
@@ -44,7 +44,7 @@ struct ContactQuery {
   }
 
   /// False where it cannot have come near, or comes as it came. Otherwise its word has places, which on a device it was
-  /// given before (see GivePlaces).
+  /// given before (see AllocateEntries).
   KERNEL bool begin(int i, Query& look) const {
     const int slot = nearby.slot(i);
     if (slot >= 0 && nearby.contacts[slot].plane.w != -R(INFINITY)) {
@@ -53,7 +53,7 @@ struct ContactQuery {
       invalidate(contact);  // another mesh has lifted it since
     }
     if (!comes_near(i, look)) return false;
-    nearby.give_places(i / kGroupSize, particles, before);
+    nearby.allocate_entries(i / kGroupSize, particles, before);
     look.cell = slot < 0 ? 0 : nearby.near[slot].cell;
     if (look.cell > 0) surface.prefetch_cell(look.cell);
     const double box = surface.box_distance(look.a);
@@ -69,9 +69,9 @@ struct ContactQuery {
   }
 
   /// The feature that was the nearest, if it is known to be it still.
-  KERNEL const NearFeature* feature_of(const Query& look) const {
+  KERNEL const ClosestFeature* feature_of(const Query& look) const {
     const int slot = nearby.slot(look.i);
-    if (slot < 0 || !nearby.near[slot].feature.holds(surface.in_near_mesh(look.a))) return nullptr;
+    if (slot < 0 || !nearby.near[slot].feature.holds(surface.relative_to_centre(look.a))) return nullptr;
     return &nearby.near[slot].feature;
   }
 
@@ -80,10 +80,10 @@ struct ContactQuery {
   KERNEL void keep_feature(const Query& look, const Holds& holds) const {
     const int slot = nearby.slot(look.i);
     if (slot < 0 || look.near.triangle < 0 || look.moved > kSlow * thickness) return;
-    NearFeature feature = surface.feature(look.near);
-    if (feature.kind == NearFeature::Point) return;
+    ClosestFeature feature = surface.feature(look.near);
+    if (feature.kind == ClosestFeature::Point) return;
     const OctreeNode& cell = surface.cells.cells[look.cell];
-    feature.at = surface.in_near_mesh(look.a);
+    feature.at = surface.relative_to_centre(look.a);
     feature.radius = holds(distance_to_cell_boundary(surface.cells, cell, feature.at), double(cell.error));
     nearby.near[slot].feature = feature;
   }

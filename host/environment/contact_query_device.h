@@ -24,7 +24,7 @@ KERNEL void clear_bit(unsigned long long* word, unsigned long long bit) {
 }
 
 /// A bit for each particle, a word for each kGroupSize of them.
-struct ListBits {
+struct QueryMasks {
   unsigned long long* asked;       // about at this mesh; answered: no longer
   const unsigned long long* left;  // not answered at the mesh before: the host may still move them, and goes on with
                                    // them here; null: this is the first
@@ -33,7 +33,7 @@ struct ListBits {
 };
 
 /// Of a word: which of its particles one mesh alone asks about. No other is lifted yet.
-struct FindAskedOnce {
+struct FindSingleMeshParticles {
   ActiveMask questions;
   unsigned long long *once, *lifted;
   KERNEL void operator()(int word) const {
@@ -48,9 +48,9 @@ struct FindAskedOnce {
 
 /// The words of particles that are going to be answered get places of their own, where any of them comes near.
 template <class R>
-struct GivePlaces : ContactQuery<R> {
-  ListBits bits;
-  GivePlaces(const ContactQuery<R>& look, const ListBits& of) : ContactQuery<R>(look), bits(of) {}
+struct AllocateEntries : ContactQuery<R> {
+  QueryMasks bits;
+  AllocateEntries(const ContactQuery<R>& look, const QueryMasks& of) : ContactQuery<R>(look), bits(of) {}
 
   KERNEL void operator()(int word) const {
     if (this->nearby.which[word] >= 0) return;
@@ -61,17 +61,17 @@ struct GivePlaces : ContactQuery<R> {
       const int i = word * kGroupSize + lowest_bit(rest);
       near = this->particles.w[i] > R(0) && this->comes_near(i, look);
     }
-    if (near) this->nearby.give_places(word, this->particles, this->before);
+    if (near) this->nearby.allocate_entries(word, this->particles, this->before);
   }
 };
 
 template <class R>
-struct AnswerByLists : ContactQuery<R> {
+struct QueryOctree : ContactQuery<R> {
   using Query = typename ContactQuery<R>::Query;
-  ListBits bits;
+  QueryMasks bits;
   double most_lift;  // m: no farther is a particle lifted here, near to no other mesh
 
-  AnswerByLists(const ContactQuery<R>& look, const ListBits& of, double most)
+  QueryOctree(const ContactQuery<R>& look, const QueryMasks& of, double most)
       : ContactQuery<R>(look), bits(of), most_lift(most) {}
 
   KERNEL void operator()(int i) const {
@@ -92,7 +92,7 @@ struct AnswerByLists : ContactQuery<R> {
     const SurfaceView& surface = this->surface;
     Query look;
     if (!this->begin(i, look)) return true;
-    const NearFeature* const kept = this->feature_of(look);
+    const ClosestFeature* const kept = this->feature_of(look);
     ClosestPoint near;
     double distance;  // as it was compared
     if (kept) {
@@ -105,7 +105,7 @@ struct AnswerByLists : ContactQuery<R> {
       near = surface.of_feature(surface.feature(look.near), look.a), distance = look.near.distance;
     }
     if (!(distance <= look.reach) && !(look.depth > 0)) {
-      const double least = surface.known_least(look.a);
+      const double least = surface.known_lower_bound(look.a);
       if (least < 0) return false;  // the host finds out
       if (least > look.reach) {     // a coarse bound tells that it cannot touch
         this->record_lower_bound(look, least);
@@ -137,9 +137,9 @@ struct AnswerByLists : ContactQuery<R> {
 
   /// As PointTriangleBatch::holds_within: one triangle of the list after the other.
   KERNEL double holds_within(const Query& look, double wall, double error) const {
-    const NearMesh& mesh = this->surface.cells;
+    const OctreeView& mesh = this->surface.cells;
     const OctreeNode& cell = mesh.cells[look.cell];
-    const Point p = this->surface.in_near_mesh(look.a);
+    const Point p = this->surface.relative_to_centre(look.a);
     const FeatureValidityRadius holds(mesh, p, look.near, error);
     double radius = wall - error;
     for (int k = cell.first; k < cell.first + cell.count && radius > 0; ++k) {

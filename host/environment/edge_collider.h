@@ -39,12 +39,12 @@ class EdgeCollider {
 
   /// The end of a substep: nothing crosses. `pushes`: whether what would may first be pushed. Notes what is held in
   /// `held`, by numbers of groups. Returns whether anything moved.
-  bool hold_apart(const Particles<R>& particles, bool pushes, HeldByEdges<R> held) {
+  bool resolve_intersections(const Particles<R>& particles, bool pushes, KinematicMarks<R> held) {
     bool any = false;
     for (int round = 0; round < kRounds; ++round) {
       bool moved = false;
       for (held.number = 0; held.number < groups(); ++held.number)
-        moved = groups_[held.number].hold_apart(particles, pushes && round == 0, held) || moved;
+        moved = groups_[held.number].resolve_intersections(particles, pushes && round == 0, held) || moved;
       any = any || moved;
       if (!moved || (groups_.size() == 1 && round == 0)) break;
     }

@@ -31,13 +31,13 @@ class EdgeGroup {
     EdgeSurface surface = edge_surface(objects);
     centre_ = {surface.centre[0], surface.centre[1], surface.centre[2]};
     facts_.edges = surface.edges, facts_.corners = surface.corners;
-    std::vector<EdgeRules<R>> rules;
+    std::vector<EdgeContactParams<R>> rules;
     double widest = 0;
     for (const EnvironmentMesh* object : objects) {
       rules.push_back({R(kWanted * object->spec.thickness), R(object->spec.friction)});
       widest = std::max(widest, object->spec.thickness);
     }
-    rules_ = Array<Executor, EdgeRules<R>>(rules);
+    rules_ = Array<Executor, EdgeContactParams<R>>(rules);
     min_distance_ = R(kWanted * widest), margin_ = R(kMargin * widest), slack_ = R(kSlack * widest);
     least_ = R(kLeastGap * widest);
     path_ = Array<Executor, BoxNode>(surface.path);
@@ -85,10 +85,10 @@ class EdgeGroup {
 
   /// Puts apart what would cross at the end of the substep: pushed if that is enough (and `pushes`), held otherwise:
   /// then what is `held` rests, where others ask for it. Returns whether anything moved.
-  bool hold_apart(const Particles<R>& particles, bool pushes, const HeldByEdges<R>& held) {
+  bool resolve_intersections(const Particles<R>& particles, bool pushes, const KinematicMarks<R>& held) {
     store_motion(particles);
     const auto out_of_reach = [&] {
-      const CountOutOfReach<R> count{x_.points(),      moved_.points(), d_.points(), x_then_.points(),
+      const CountBoundsViolations<R> count{x_.points(),      moved_.points(), d_.points(), x_then_.points(),
                                      d_then_.points(), margin_,         slack_,      near_.data()};
       return parallel_reduce<Sum>(executor_, particles_, count).value > 0;
     };
@@ -112,7 +112,7 @@ class EdgeGroup {
     }
     if (!(left > 0)) return true;
     ++facts_.held;
-    contacts_.hold(left, planes, PlaceLocal<R>{particles.p, after_, held}, held.any(), w_.data());
+    contacts_.hold(left, planes, SetFromLocal<R>{particles.p, after_, held}, held.any(), w_.data());
     return true;
   }
 
@@ -183,7 +183,7 @@ class EdgeGroup {
 
   void update_contacts(const Particles<R>& particles) {
     store_motion(particles);
-    const OwnMotion<R> own{moved_.points(),  x_.points(),      d_.points(),
+    const CheckCandidateBounds<R> own{moved_.points(),  x_.points(),      d_.points(),
                            x_then_.points(), d_then_.points(), kRounding * slack_};
     const double left = parallel_reduce<Sum>(executor_, particles_, own).value;
     if (!searched_ || left > 0) search();
@@ -193,7 +193,7 @@ class EdgeGroup {
   /// Finds candidates that last for some substeps of the present motion.
   void search() {
     parallel_for(executor_, particles_,
-                 StartSearch<R>{x_.points(), d_.points(), x_then_.points(), d_then_.points(), R(kAhead)});
+                 InitCandidateSearch<R>{x_.points(), d_.points(), x_then_.points(), d_then_.points(), R(kAhead)});
     search_again();
     ++facts_.searches;
   }
@@ -255,7 +255,7 @@ class EdgeGroup {
   EdgeStats facts_;
   Array<Executor, BoxNode> path_;
   Array<Executor, Simplex> triangles_;
-  Array<Executor, EdgeRules<R>> rules_;
+  Array<Executor, EdgeContactParams<R>> rules_;
   Points4 x_, d_, moved_, x_then_, d_then_;  // of particles; the first three of points too
   Array<Executor, int> object_, place_;
   Array<Executor, Box<R>> boxes_;

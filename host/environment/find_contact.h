@@ -79,7 +79,7 @@ struct FindContact : ContactQuery<R> {
       PointTriangleBatch<typename Group::Isa> pairs(surface.cells);
       const int first = k;
       for (; k < count && pairs.has_room(looks[k].listed); ++k)
-        pairs.add(surface.in_near_mesh(looks[k].a), looks[k].list, looks[k].listed);
+        pairs.add(surface.relative_to_centre(looks[k].a), looks[k].list, looks[k].listed);
       pairs.measure();
       for (int j = first; j < k; ++j) {
         looks[j].near = pairs.nearest(j - first);
@@ -97,7 +97,7 @@ struct FindContact : ContactQuery<R> {
 
   /// Whether the feature that was the nearest is known to be it still.
   HOST_KERNEL bool by_feature(Query& look) const {
-    const NearFeature* const feature = this->feature_of(look);
+    const ClosestFeature* const feature = this->feature_of(look);
     if (!feature) return false;
     const ClosestPoint near = surface.of_feature(*feature, look.a);
     if (near.distance <= look.reach || !leave(look)) end(look, near.distance < look.radius ? near : ClosestPoint{});
@@ -198,7 +198,7 @@ struct FindContact : ContactQuery<R> {
       Contact<R>* const other = all.nearby[k].contact(i);
       if (!other) continue;
       other->plane.w = other->plane.w - dot(other->plane.xyz(), shift);
-      invalidate_place(*other);
+      invalidate_cached_position(*other);
     }
     return true;
   }

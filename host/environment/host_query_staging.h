@@ -14,9 +14,9 @@
 namespace malha {
 
 template <class Executor, class R>
-class HostWords {
+class HostQueryStaging {
  public:
-  explicit HostWords(const Executor& executor) : executor_(executor) {}
+  explicit HostQueryStaging(const Executor& executor) : executor_(executor) {}
 
   /// Calls look(surroundings, cargo), both in the host's memory, of what is asked about: so much. There is room at
   /// every mesh for all of it. What go_on(questions) launches before that must leave those particles, and the meshes,
@@ -54,19 +54,19 @@ class HostWords {
   }
   void load(const EnvironmentView<R>& all, const ActiveMask& questions, const StagingBuffer<R>& to) {
     Memory<Executor>::fill(to.chosen(), 1, 0);
-    parallel_for(executor_, questions.words, ChooseWords{questions, to.chosen(), to.which()});
+    parallel_for(executor_, questions.words, ListActiveGroups{questions, to.chosen(), to.which()});
     parallel_for(executor_, to.count(), PackParticles<R>{questions, all.particles, to});
     for (int k = 0; k < all.count; ++k) {
-      Memory<Executor>::fill(to.nearby(k).slots, 2, Handed{});
+      Memory<Executor>::fill(to.nearby(k).slots, 2, AllocationCount{});
       parallel_for(executor_, to.count(),
-                   LoadNearby<R>{questions, all.particles, all.meshes[k].before, all.nearby[k], to, k});
+                   PackCache<R>{questions, all.particles, all.meshes[k].before, all.nearby[k], to, k});
     }
   }
   void unload(const EnvironmentView<R>& all, const StagingBuffer<R>& from) {
     parallel_for(executor_, from.count(), UnpackParticles<R>{all.particles, from});
     for (int k = 0; k < all.count; ++k) {
-      parallel_for(executor_, from.words, UnloadPlaces<R>{all.particles, all.meshes[k].before, all.nearby[k], from, k});
-      parallel_for(executor_, from.count(), UnloadNearby<R>{all.nearby[k], from, k});
+      parallel_for(executor_, from.words, AllocateUnpackedEntries<R>{all.particles, all.meshes[k].before, all.nearby[k], from, k});
+      parallel_for(executor_, from.count(), UnpackCache<R>{all.nearby[k], from, k});
     }
   }
   static char* aligned(char* data) {

@@ -100,7 +100,7 @@ class Starts {
         const Inside found = solids_[s].find(model_.x, loose);
         if (found.deepest < 0) continue;
         if (found.depth <= solids_[s].spec().thickness && !(movable && solids_[s].spec().push_out)) {
-          if (found.depth > kSunk * solids_[s].spec().thickness) kept.push_back(stays(b, s, found, movable));
+          if (found.depth > kNegligibleDepth * solids_[s].spec().thickness) kept.push_back(stays(b, s, found, movable));
           continue;
         }
         if (!solids_[s].spec().push_out) refuse_inside(s, found, "");
@@ -226,7 +226,7 @@ class Sheet {
  private:
   Point local(const Vec3& x) const { return to_local(pose_, Point{x[0], x[1], x[2]}); }
   void add(int i, double depth) {
-    if (depth > kSunk * spec_.thickness) behind_[i] = std::max(behind_[i], depth);
+    if (depth > kNegligibleDepth * spec_.thickness) behind_[i] = std::max(behind_[i], depth);
   }
 
   const EnvironmentSpec& spec_;

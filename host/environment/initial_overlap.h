@@ -11,7 +11,7 @@ namespace malha {
 /// its rim, may be there.
 void note_starts_behind(Model& model);
 
-inline constexpr double kSunk = 0.01;  // of the thickness: less deep inside or behind a surface, nobody sees it
+inline constexpr double kNegligibleDepth = 0.01;  // of the thickness: less deep inside or behind a surface, nobody sees it
 
 /// Refuses a body of which a particle that may move starts deeper in a solid than the solid's thickness. Where the
 /// solid says push_out, the whole body is moved out instead, as it is and without velocity, and model.notes says by how

@@ -22,7 +22,7 @@ struct OwnCrossings {
 
 /// Edges of a mesh that properly cross triangles of its own.
 OwnCrossings own_crossings(const Mesh& mesh) {
-  constexpr std::size_t most_places = 3;
+  constexpr std::size_t max_entries = 3;
   const std::vector<Vec3>& x = mesh.points;
   const std::vector<Triangle> faces = triangles(mesh);
   std::vector<Edge> sides;
@@ -42,7 +42,7 @@ OwnCrossings own_crossings(const Mesh& mesh) {
       if (p == a || p == b || p == c || q == a || q == b || q == c) return;
       found.count += crosses(x[p], x[q], x[a], x[b], x[c]);
     });
-    if (found.count == before || found.places.size() == most_places) continue;
+    if (found.count == before || found.places.size() == max_entries) continue;
     found.places.push_back({(x[p][0] + x[q][0]) / 2, (x[p][1] + x[q][1]) / 2, (x[p][2] + x[q][2]) / 2});
   }
   return found;

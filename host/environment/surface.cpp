@@ -37,7 +37,7 @@ Surface::Surface(const Device& device, const Mesh& mesh) {
     for_embree.push_back(to_float(at));
   }
   scene_ = std::make_unique<TriangleScene>(device, for_embree, triangles_);
-  cells_ = std::make_unique<NearCells>(*scene_, points_, triangles_, view_.half, skin_);
+  cells_ = std::make_unique<TriangleOctree>(*scene_, points_, triangles_, view_.half, skin_);
 
   corner_normals_.assign(points_.size(), Point{});
   std::map<std::pair<int, int>, std::pair<Point, int>> edges;  // sum of normals, number of faces

@@ -36,15 +36,15 @@ class Surface {
 
   /// Makes the cell of a where that is worth it, from any thread; 0: none is made.
   int make_cell(const Point& a) const {
-    const OctreeKey path = path_to(view_.cells, view_.in_near_mesh(a));
+    const OctreeKey path = path_to(view_.cells, view_.relative_to_centre(a));
     return path.inside && cells_->make(path) ? find_leaf(view_.cells, path) : 0;
   }
   /// A lower bound of the distance of a: of a grid over the mesh's box, below 0 where that says nothing.
   double least_distance(const Point& a) const {
-    const double known = view_.known_least(a);
+    const double known = view_.known_lower_bound(a);
     if (known >= 0) return known;
-    const OctreeKey path = path_to(view_.cells, view_.in_near_mesh(a));
-    return path.inside && cells_->measure(path) ? view_.known_least(a) : known;
+    const OctreeKey path = path_to(view_.cells, view_.relative_to_centre(a));
+    return path.inside && cells_->measure(path) ? view_.known_lower_bound(a) : known;
   }
   bool tidy() {
     if (!cells_->tidy()) return false;
@@ -79,7 +79,7 @@ class Surface {
   double skin_ = 0;
   SurfaceView view_{};
   std::unique_ptr<TriangleScene> scene_;
-  std::unique_ptr<NearCells> cells_;
+  std::unique_ptr<TriangleOctree> cells_;
   std::unique_ptr<std::atomic<long long>> queries_ = std::make_unique<std::atomic<long long>>(0);
 };
 

@@ -18,7 +18,7 @@ struct ClosestPoint {
 };
 
 struct SurfaceView {
-  NearMesh cells;                              // and its corners and triangles
+  OctreeView cells;                              // and its corners and triangles
   const Point *face_normals, *corner_normals;  // unit
   const Point (*edge_normals)[3];              // unit; edge k joins corners k and k + 1
   const bool (*rim_edges)[3];
@@ -26,7 +26,7 @@ struct SurfaceView {
   Point centre, half;  // of the box
 
   KERNEL Point point(int i) const { return cells.corners[i].xyz(); }
-  KERNEL Point in_near_mesh(const Point& a) const { return a - centre; }
+  KERNEL Point relative_to_centre(const Point& a) const { return a - centre; }
   KERNEL double diagonal() const { return 2 * norm(half); }
 
   /// The cell that answers for a, kept in `cell` from one look to the next; 0: none does.
@@ -39,43 +39,43 @@ struct SurfaceView {
   }
   /// Ask for what comes next ahead of its use.
   KERNEL void prefetch_cell(int cell) const { prefetch(cells.cells + cell); }
-  KERNEL void prefetch_normal(const NearTriangle& near) const {
+  KERNEL void prefetch_normal(const ClosestTriangle& near) const {
     if (near.triangle >= 0 && near.where.corner < 0)
       prefetch(near.where.edge < 0 ? &face_normals[near.triangle] : &edge_normals[near.triangle][near.where.edge]);
   }
   /// The nearest triangle to a by a cell of it, compiled for an instruction set.
   template <class Isa>
-  KERNEL NearTriangle nearest(const Point& a, int cell) const {
+  KERNEL ClosestTriangle nearest(const Point& a, int cell) const {
     return nearest_listed<Isa>(cells, cells.cells[cell], a - centre);
   }
   /// What the whole mesh would answer of a, by its nearest triangle.
-  KERNEL ClosestPoint within(double radius, const NearTriangle& near, const Point& a) const {
+  KERNEL ClosestPoint within(double radius, const ClosestTriangle& near, const Point& a) const {
     if (!(near.distance < radius) || near.triangle < 0) return {};
     return of_feature(feature(near), a);
   }
 
   /// What is nearest on it. On faces of needles, whose normals are rounded too much, it is the point that was found.
-  KERNEL NearFeature feature(const NearTriangle& near) const {
+  KERNEL ClosestFeature feature(const ClosestTriangle& near) const {
     const int* c = cells.triangles[near.triangle];
     const int corner = near.where.corner, edge = near.where.edge;
-    NearFeature f;
+    ClosestFeature f;
     f.triangle = near.triangle, f.o = near.where.q;
     if (corner >= 0) {
-      f.kind = NearFeature::Corner, f.normal = corner_normals[c[corner]], f.boundary = rim_corners[c[corner]] != 0;
+      f.kind = ClosestFeature::Corner, f.normal = corner_normals[c[corner]], f.boundary = rim_corners[c[corner]] != 0;
     } else if (edge >= 0) {  // either of its triangles tells the same
       const int a = c[edge], b = c[(edge + 1) % 3], first = a < b ? a : b;
       const Point way = point(a < b ? b : a) - point(first);
       const double l = sqrt(dot(way, way));
-      if (l > 1e-150) f.kind = NearFeature::Edge, f.o = point(first), f.d = way * (1 / l);  // shorter: squares are 0
+      if (l > 1e-150) f.kind = ClosestFeature::Edge, f.o = point(first), f.d = way * (1 / l);  // shorter: squares are 0
       f.normal = edge_normals[near.triangle][edge], f.boundary = rim_edges[near.triangle][edge];
     } else {
       f.normal = face_normals[near.triangle];
-      if (!needles[near.triangle]) f.kind = NearFeature::Face, f.o = point(c[0]), f.d = f.normal;
+      if (!needles[near.triangle]) f.kind = ClosestFeature::Face, f.o = point(c[0]), f.d = f.normal;
     }
     return f;
   }
   /// The same of every point whose nearest feature it is.
-  KERNEL ClosestPoint of_feature(const NearFeature& f, const Point& a) const {
+  KERNEL ClosestPoint of_feature(const ClosestFeature& f, const Point& a) const {
     const Point p = a - centre, q = f.nearest(p), d = p - q;
     return {true, f.triangle, sqrt(dot(d, d)), q + centre, f.normal, f.boundary};
   }
@@ -86,7 +86,7 @@ struct SurfaceView {
     return norm(Point{max(0.0, abs(d.x) - half.x), max(0.0, abs(d.y) - half.y), max(0.0, abs(d.z) - half.z)});
   }
   /// Another one, of the grid over that box, as far as it is known; below 0 where that says nothing.
-  KERNEL double known_least(const Point& a) const {
+  KERNEL double known_lower_bound(const Point& a) const {
     const Point p = a - centre;
     const OctreeKey path = path_to(cells, p);
     return path.inside ? malha::least_distance(cells, path, p) : -1;

@@ -27,7 +27,7 @@ bool behind(const Corners& least, const Corners& most) {
 
 }  // namespace
 
-struct NearCells::Cube {
+struct TriangleOctree::Cube {
   Vector3<double> centre;
   double half;  // of a side, m
 
@@ -38,7 +38,7 @@ struct NearCells::Cube {
   double reach() const { return std::sqrt(3.0) * half; }
 
   /// The distances of a triangle from the corners.
-  Corners distances(const NearMesh& mesh, int triangle) const {
+  Corners distances(const OctreeView& mesh, int triangle) const {
     const int* t = mesh.triangles[triangle];
     const auto all = [](const Vec4<double>& a) { return Vector3<S>{S(a.x), S(a.y), S(a.z)}; };
     const Vector3<S> a = all(mesh.corners[t[0]]), b = all(mesh.corners[t[1]]), c = all(mesh.corners[t[2]]);
@@ -60,14 +60,14 @@ struct NearCells::Cube {
 
 /// A triangle, and below which numbers its distances from the corners of the cell, and with them (a distance is convex)
 /// those from all points of it, cannot fall.
-struct NearCells::Candidate {
+struct TriangleOctree::Candidate {
   int triangle;
   double distance;  // m, from the centre
   Corners least;
   bool gone = false;
 };
 
-NearCells::NearCells(const TriangleScene& scene, ReadableVector<Vec4<double>>& corners,
+TriangleOctree::TriangleOctree(const TriangleScene& scene, ReadableVector<Vec4<double>>& corners,
                      const ReadableVector<std::array<int, 3>>& triangles, const Vector3<double>& half, double skin)
     : scene_(scene), skin_(skin), cells_(nullptr, nullptr), lists_(nullptr, nullptr) {
   const double size = norm(half);
@@ -98,19 +98,19 @@ NearCells::NearCells(const TriangleScene& scene, ReadableVector<Vec4<double>>& c
   clear();
 }
 
-void NearCells::clear() {
+void TriangleOctree::clear() {
   grid_ = readable_array<GridCell>(std::size_t{1} << 3 * mesh_.start, true, memory_);
   mesh_.grid = grid_.get();
   cells_used_ = 1, listed_ = 0, full_ = false;
 }
 
-bool NearCells::tidy() {
+bool TriangleOctree::tidy() {
   if (!full_) return false;
   clear();
   return true;
 }
 
-bool NearCells::measure(const OctreeKey& path) {
+bool TriangleOctree::measure(const OctreeKey& path) {
   GridCell& cell = grid_[place_in_grid(mesh_, path)];
   float known;
   __atomic_load(&cell.distance, &known, __ATOMIC_RELAXED);
@@ -127,7 +127,7 @@ bool NearCells::measure(const OctreeKey& path) {
   return true;
 }
 
-bool NearCells::make(const OctreeKey& path) try {
+bool TriangleOctree::make(const OctreeKey& path) try {
   if (full_) return false;
   Cube cube{centre_in_grid(mesh_, path), mesh_.side / 2};
   int* link = &grid_[place_in_grid(mesh_, path)].cell;
@@ -148,7 +148,7 @@ bool NearCells::make(const OctreeKey& path) try {
   return false;  // no list: the whole mesh is asked, and no exception may leave a thread
 }
 
-double NearCells::distance(const Vector3<double>& p, int triangle) const {
+double TriangleOctree::distance(const Vector3<double>& p, int triangle) const {
   const int* c = mesh_.triangles[triangle];
   const auto at = [&](int k) { return mesh_.corners[c[k]].xyz(); };
   return norm(p - nearest_on_triangle(p, at(0), at(1), at(2)).q);
@@ -156,7 +156,7 @@ double NearCells::distance(const Vector3<double>& p, int triangle) const {
 
 /// All triangles that may be the nearest one of a point of the cube: no farther from its centre than the nearest and
 /// the way to a corner and back.
-std::vector<int> NearCells::near(const Cube& cube) const {
+std::vector<int> TriangleOctree::near(const Cube& cube) const {
   const Vector3<double>& p = cube.centre;
   std::vector<std::pair<double, int>> seen;
   double nearest = 8 * mesh_.half;
@@ -177,7 +177,7 @@ std::vector<int> NearCells::near(const Cube& cube) const {
 /// Leaves out every triangle to which some other one is nearer at all points of the cell. At a point inside, the
 /// distance of the one is at most the largest of those at the corners, as it is convex, and that of the other at least
 /// what its slope at the centre foretells: so the corners decide.
-int NearCells::make(int parent, const Cube& cube, const OctreeKey& path) {
+int TriangleOctree::make(int parent, const Cube& cube, const OctreeKey& path) {
   const int depth = parent == 0 ? mesh_.start : cells_[parent].depth + 1;
   std::vector<int> own;
   const bool cut = depth > mesh_.start;
@@ -256,7 +256,7 @@ int NearCells::make(int parent, const Cube& cube, const OctreeKey& path) {
               1.001f * static_cast<float>(error)});
 }
 
-int NearCells::add(const OctreeNode& cell) {
+int TriangleOctree::add(const OctreeNode& cell) {
   const int number = cells_used_.fetch_add(1);
   if (number >= most_cells_) {
     full_ = true;
@@ -266,7 +266,7 @@ int NearCells::add(const OctreeNode& cell) {
   return number;
 }
 
-std::size_t NearCells::bytes() const {
+std::size_t TriangleOctree::bytes() const {
   return std::min<std::size_t>(cells_used_, most_cells_) * sizeof(OctreeNode) +
          std::min<std::size_t>(listed_, most_listed_) * sizeof(int) + (sizeof(GridCell) << 3 * mesh_.start) +
          error_.size() * sizeof(double);

@@ -14,14 +14,14 @@
 
 namespace malha {
 
-class NearCells {
+class TriangleOctree {
  public:
   /// All outlive this. `half`: of the box around the mesh, whose centre is the origin (m); `skin`: by how much Embree's
   /// distances may be off (m).
-  NearCells(const TriangleScene& scene, ReadableVector<Vec4<double>>& corners,
+  TriangleOctree(const TriangleScene& scene, ReadableVector<Vec4<double>>& corners,
             const ReadableVector<std::array<int, 3>>& triangles, const Vector3<double>& half, double skin);
 
-  const NearMesh& mesh() const { return mesh_; }
+  const OctreeView& mesh() const { return mesh_; }
 
   /// Makes the cells down to the last one at a place; from any thread. False where there is no list: too many triangles
   /// are equally near, or memory for cells is used up.
@@ -45,7 +45,7 @@ class NearCells {
   void clear();
 
   const TriangleScene& scene_;
-  NearMesh mesh_{};
+  OctreeView mesh_{};
   std::vector<double> error_;       // m, of a computed distance: far from 0 for slivers alone
   double rounding_ = 0, skin_ = 0;  // m
   int most_cells_ = 0, most_listed_ = 0;

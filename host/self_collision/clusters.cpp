@@ -81,7 +81,7 @@ std::vector<int> laid_out(const std::vector<Ranked<n>>& items, int units, const 
 
 }  // namespace
 
-UnitPlan plan_units(const SelfSurface& surface, const std::vector<Vec3>& x) {
+ClusterPlan plan_clusters(const SelfSurface& surface, const std::vector<Vec3>& x) {
   const std::vector<int> points = ordered_points(surface, x);
   std::vector<int> rank(x.size(), -1);
   std::vector<Ranked<1>> of_points;
@@ -108,7 +108,7 @@ UnitPlan plan_units(const SelfSurface& surface, const std::vector<Vec3>& x) {
   std::sort(triangles.begin(), triangles.end());
   std::sort(edges.begin(), edges.end());
 
-  UnitPlan plan;
+  ClusterPlan plan;
   plan.units = (static_cast<int>(points.size()) + kUnitPoints - 1) / kUnitPoints;
   plan.begin[kPoints] =
       laid_out(of_points, plan.units, [&](const Ranked<1>* at) { plan.point.push_back(at ? at->particle[0] : -1); });

@@ -9,7 +9,7 @@
 namespace malha {
 
 /// Solver's numbers; each unit's items of a kind from a multiple of kBranch on, padded with -1.
-struct UnitPlan {
+struct ClusterPlan {
   int units = 0;
   std::vector<int> begin[kItemKinds];  // of each unit's items, and one more
   std::vector<int> point, corner[3], end[2];
@@ -18,6 +18,6 @@ struct UnitPlan {
 };
 
 /// `x`: positions at the start, m.
-UnitPlan plan_units(const SelfSurface& surface, const std::vector<Vec3>& x);
+ClusterPlan plan_clusters(const SelfSurface& surface, const std::vector<Vec3>& x);
 
 }  // namespace malha

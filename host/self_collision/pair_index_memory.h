@@ -10,13 +10,13 @@
 namespace malha {
 
 template <class Executor>
-class SearchPlaces {
+class PairIndexMemory {
   static constexpr bool kOnHost = Memory<Executor>::kOfTheHost;
 
  public:
   using Places = std::conditional_t<kOnHost, DirectIndexMap, HashIndexMap>;
   template <class R>
-  using Find = std::conditional_t<kOnHost, FindCandidates<R>, FindPairsTogether<R>>;
+  using Find = std::conditional_t<kOnHost, FindCandidates<R>, FindCandidatesCooperatively<R>>;
 
   /// For so many particles in all, and for `listed` in the lists of all units together.
   void make_room(int particles, int threads, std::size_t listed) {
@@ -47,7 +47,7 @@ class SearchPlaces {
     if constexpr (kOnHost)
       return {memory_.data(), bytes_};
     else
-      return {nullptr, FindPairsTogether<R>::kBytes};
+      return {nullptr, FindCandidatesCooperatively<R>::kBytes};
   }
 
   /// What is touched: of the masks of open blocks only those of the few particles that a unit meets.

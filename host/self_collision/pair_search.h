@@ -18,7 +18,7 @@ namespace malha {
 
 /// Runs a kernel on the groups of a list.
 template <class Kernel>
-struct OfList {
+struct IndexedGroups {
   Kernel kernel;
   const int* list;
   template <class Group>
@@ -27,11 +27,11 @@ struct OfList {
   }
 };
 template <class Kernel>
-inline constexpr bool kShared<OfList<Kernel>> = kShared<Kernel>;
+inline constexpr bool kShared<IndexedGroups<Kernel>> = kShared<Kernel>;
 template <class Kernel>
-inline constexpr int kThreads<OfList<Kernel>> = kThreads<Kernel>;
+inline constexpr int kThreads<IndexedGroups<Kernel>> = kThreads<Kernel>;
 template <class Kernel>
-void note_launch(const OfList<Kernel>& list, int groups) {
+void note_launch(const IndexedGroups<Kernel>& list, int groups) {
   note_launch(list.kernel, groups);
 }
 
@@ -42,7 +42,7 @@ class PairSearch {
   PairSearch(const Executor& executor, const SelfSurface& surface, const std::vector<Vec3>& x, double thickness,
              const BroadPhaseParams<R>& rules, const Vec3& origin = {})
       : executor_(executor), rules_(rules), thickness_(R(thickness)), particles_(static_cast<int>(x.size())) {
-    lay_out(plan_units(surface, x));
+    lay_out(plan_clusters(surface, x));
     std::vector<Vec4<R>> rest;
     for (std::size_t i = 0; i < x.size(); ++i) {
       const Vec3 a = minus(x[i], origin);
@@ -91,18 +91,18 @@ class PairSearch {
   template <class Team, class Kernel>
   void in_phase(const Team& team, int phase, const Kernel& kernel) const {
     parallel_for_interleaved(team, phase_begin_[phase + 1] - phase_begin_[phase],
-                             OfList<Kernel>{kernel, order_.data() + phase_begin_[phase]});
+                             IndexedGroups<Kernel>{kernel, order_.data() + phase_begin_[phase]});
   }
   /// The same of all patches at once.
   template <class Kernel>
   void at_once(const Kernel& kernel) const {
     parallel_region(executor_, found_ < kPairGrain ? 1 : threads_of(executor_), [&](const auto& team) {
-      parallel_for_interleaved(team, phase_begin_.back(), OfList<Kernel>{kernel, order_.data()});
+      parallel_for_interleaved(team, phase_begin_.back(), IndexedGroups<Kernel>{kernel, order_.data()});
     });
   }
 
   /// From now on no search finds pairs both sides of which have a particle where their bodies cross; empty: nowhere.
-  void leave_out(const std::vector<CrossingBodies>& crosses) { crosses_ = Array<Executor, CrossingBodies>(crosses); }
+  void exclude(const std::vector<CrossingBodies>& crosses) { crosses_ = Array<Executor, CrossingBodies>(crosses); }
 
   const CrossingBodies* crosses() const { return crosses_.data(); }
 
@@ -124,7 +124,7 @@ class PairSearch {
  private:
   using Rows = Array<Executor, Vec4<R>>;
 
-  void lay_out(const UnitPlan& plan) {
+  void lay_out(const ClusterPlan& plan) {
     std::vector<int> all;
     const auto place = [&](const std::vector<int>& list, bool particles) {
       const std::size_t begin = all.size();
@@ -187,7 +187,7 @@ class PairSearch {
     const int threads = std::clamp(units_.count / kUnitsOfThread, 1, threads_of(executor_));
     do {
       places_.make_room(particles_, threads, touched_.size());
-      const typename SearchPlaces<Executor>::template Find<R> find{
+      const typename PairIndexMemory<Executor>::template Find<R> find{
           {units_, reach(), thickness_, has_bare_, crosses_.data(), pairs()}, places_.places()};
       parallel_region(executor_, threads, [&](const auto& team) {
         parallel_for_interleaved(team, units_.count, find, places_.template memory<R>());
@@ -262,7 +262,7 @@ class PairSearch {
   Rows rest_, from_, way_;
   Array<Executor, Box<R>> boxes_;
   Array<Executor, unsigned long long> taken_;
-  SearchPlaces<Executor> places_;
+  PairIndexMemory<Executor> places_;
   Array<Executor, PairPatch> patches_;
   Array<Executor, int> phase_, order_, touched_;
   Array<Executor, ContactBlock<R>> blocks_;

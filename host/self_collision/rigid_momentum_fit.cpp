@@ -25,9 +25,9 @@ double energy_of(const MotionSums& sums) {
 
 }  // namespace
 
-RigidGain rigid_return(const HeldSums& sums) {
+RigidCorrection fit_rigid_momentum(const TruncationSums& sums) {
   const double m = sums.after.mass;
-  RigidGain gain;
+  RigidCorrection gain;
   if (!(m > 0)) return gain;
   const Vector c = gain.centre = mean(sums.after.x, m);
   const auto omega_of = [&](const Vector& L) {

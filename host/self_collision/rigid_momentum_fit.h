@@ -7,13 +7,13 @@
 namespace malha {
 
 /// v = kept v + velocity + omega x (x - centre), the centre about the origin of the sums.
-struct RigidGain {
+struct RigidCorrection {
   double kept = 1;
   Vector3<double> centre{0, 0, 0}, velocity{0, 0, 0}, omega{0, 0, 0};  // m, m/s, 1/s
 };
 
 /// What gives the momenta back that were lost. Where bodies would have more energy than before it, what moves beside
 /// the motion as a whole is slowed down; and where the turn alone would have more, as places have changed, that.
-RigidGain rigid_return(const HeldSums& sums);
+RigidCorrection fit_rigid_momentum(const TruncationSums& sums);
 
 }  // namespace malha

@@ -31,7 +31,7 @@
 #include "host/patch/sweep.h"
 #include "host/projection/user_constraints.h"
 #include "host/self_collision/self_collider.h"
-#include "host/self_collision/truncate.h"
+#include "host/self_collision/final_guard.h"
 #include "host/solver/energy_guard.h"
 #include "host/solver/graph_capture.h"
 #include "host/solver/overlap_host_queries.h"
@@ -341,8 +341,8 @@ class TimeStepper : public Solver {
         if (converged()) break;
       }
     if (collider_) timed(Pass::Collision, [&] { collider_->clamp_tunnelling(all); });
-    hold_apart(all);
-    if (self_) timed(Pass::SelfCollision, [&] { self_->note_held(all, bool(collider_)); });
+    apply_final_guards(all);
+    if (self_) timed(Pass::SelfCollision, [&] { self_->note_truncation(all, bool(collider_)); });
     timed(Pass::State, [&] {
       lost_.update(executor_, all, h, substep_);
       if (checks_finite_each_substep()) refuse(lost_.in(substep_));
@@ -353,8 +353,8 @@ class TimeStepper : public Solver {
     end_substep(h);
   }
 
-  void hold_apart(const Particles<R>& all) {
-    malha::hold_apart(self_, edges_, collider_, kinematic_, all,
+  void apply_final_guards(const Particles<R>& all) {
+    malha::apply_final_guards(self_, edges_, collider_, kinematic_, all,
                       [&](Pass pass, const auto& work) { timed(pass, work); });
   }
   /// Restitution: what bounces moves on from where the substep ended, and that motion is guarded against intersections
@@ -362,8 +362,8 @@ class TimeStepper : public Solver {
   void bounce(const Particles<R>& all, double h) {
     timed(Pass::Contact, [&] { collider_->restitute(all, 2 * h * gravity_, h); });
     if (!collider_->bounces()) return;
-    if (self_ || edges_) collider_->end_motion(), hold_apart(all);
-    timed(Pass::State, [&] { parallel_for(executor_, all.count, ArriveAll<R>{all.p}); });
+    if (self_ || edges_) collider_->end_motion(), apply_final_guards(all);
+    timed(Pass::State, [&] { parallel_for(executor_, all.count, CommitPositions<R>{all.p}); });
   }
 
   /// Pins whose time is over let go, and nothing that they pressed together is shot apart.

@@ -9,7 +9,7 @@ namespace malha {
 
 /// Pinned particles go to where they are at the end of a substep, and have no velocity until they are there.
 template <class R>
-struct Place {
+struct MoveToTarget {
   Particles<R> particles;
   const int* list;
   const Vector3<double>* start;  // m, in the frame of the pose
@@ -23,7 +23,7 @@ struct Place {
 
 /// There, with the velocity with which they came.
 template <class R>
-struct Arrive {
+struct ArriveAtTarget {
   Particles<R> particles;
   const int* list;
   const Vector3<double>* start;
@@ -47,7 +47,7 @@ struct SetInverseMass {
 /// C = p - a, a vector: three constraints whose gradients never vanish and never turn, so that the spring is exactly
 /// linear and rest length 0 needs no care (XPBD, Macklin et al. 2016; energy |C|^2 / (2 alpha)).
 template <class R>
-struct Attach {
+struct SolveAttachment {
   Displaced<R> p;
   const R* w;
   const int* list;

@@ -13,7 +13,7 @@ namespace malha {
 
 /// The pins that each item hangs on.
 template <class R>
-struct PinReaches {
+struct Tethers {
   const R* w;           // of each particle, 1/kg
   const int* particle;  // of each item
   const int* begin;     // into anchor and reach, per item, one more at the end
@@ -23,8 +23,8 @@ struct PinReaches {
 };
 
 template <class R>
-struct LimitReach {
-  PinReaches<R> of;
+struct LimitTethers {
+  Tethers<R> of;
   Displaced<R> p;
   KERNEL void operator()(int item) const {
     const int i = of.particle[item];
@@ -89,8 +89,8 @@ struct LimitReach {
 
 /// How far the particle of an item is beyond the reach of a pin, over that reach; 0 where it is within all.
 template <class R>
-struct MeasureBeyondReach {
-  PinReaches<R> of;
+struct MeasureTetherExcess {
+  Tethers<R> of;
   Points<R> x;
   KERNEL Largest operator()(int item) const {
     Largest most;

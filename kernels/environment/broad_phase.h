@@ -52,7 +52,7 @@ KERNEL Vector3<S> load_floats(const Displaced<Q>& from, int i) {
   return load_floats<S>(from.x, i) + load_floats<S>(from.d, i);
 }
 template <class S>
-KERNEL S sum_of_sizes(const Vector3<S>& a) {
+KERNEL S l1_norm(const Vector3<S>& a) {
   return abs(a.x) + abs(a.y) + abs(a.z);
 }
 
@@ -63,28 +63,28 @@ struct FloatBox {
 
 /// A place, or one for each lane of a pack, and how near nothing is.
 template <class S>
-struct SeenLanes {
+struct CacheEntryLanes {
   Vector3<S> at;
   S distance;
 };
 /// Where the particles of a word that are at a were seen: each, or by their box.
-struct EachPlace {
-  const WordPlaces* places;
+struct ParticleEntries {
+  const GroupEntries* places;
   template <class S>
-  KERNEL SeenLanes<S> from(int k, const Vector3<S>&) const {
-    SeenLanes<S> lanes;
+  KERNEL CacheEntryLanes<S> from(int k, const Vector3<S>&) const {
+    CacheEntryLanes<S> lanes;
     load(places->x + k, lanes.at.x), load(places->y + k, lanes.at.y), load(places->z + k, lanes.at.z);
     load(places->distance + k, lanes.distance);
     return lanes;
   }
 };
-struct BoxPlace {
+struct BoxEntry {
   Vector3<float> low, high;
   float distance;
-  KERNEL explicit BoxPlace(const WordBox& box)
+  KERNEL explicit BoxEntry(const GroupBox& box)
       : low(box.centre - box.half), high(box.centre + box.half), distance(box.clearance()) {}
   template <class S>
-  KERNEL SeenLanes<S> from(int, const Vector3<S>& a) const {
+  KERNEL CacheEntryLanes<S> from(int, const Vector3<S>& a) const {
     return {nearest_in(low, high, a), S(distance)};
   }
 };
@@ -111,9 +111,9 @@ struct BroadPhaseTest {
               n = left < kGroupSize ? left : kGroupSize;
     const unsigned long long word = add ? bits[group.index] : 0;
     bits[group.index] = word;
-    WordBox& seen = nearby.boxes[group.index];
-    const WordPlaces* const places = nearby.places_of(group.index);
-    if (seen.keeps_all()) {
+    GroupBox& seen = nearby.boxes[group.index];
+    const GroupEntries* const places = nearby.places_of(group.index);
+    if (seen.can_test_group()) {
       if (is_separated<S>(seen, first, n)) return;
       seen.leave();
       if (follows<S>(seen, first, n)) return;
@@ -121,11 +121,11 @@ struct BroadPhaseTest {
       return;
     }
     const unsigned long long touch =
-        places ? touching<S>(EachPlace{places}, first, n) : touching<S>(BoxPlace(seen), first, n);
-    if (touch == 0 && seen.is_to_try() && reach >= 0) {
-      seen.note_try();
+        places ? touching<S>(ParticleEntries{places}, first, n) : touching<S>(BoxEntry(seen), first, n);
+    if (touch == 0 && seen.should_refit() && reach >= 0) {
+      seen.note_refit();
       if (!places->has_slots(n) && (follows<S>(seen, first, n) || stays(seen, *places, n)))
-        nearby.take_places(group.index);
+        nearby.free_entries(group.index);
     }
     bits[group.index] = word | touch;
   }
@@ -156,7 +156,7 @@ struct BroadPhaseTest {
 
   /// The box goes to where the word's particles are, if that is far enough from the mesh's.
   template <class S>
-  KERNEL bool follows(WordBox& seen, int first, int n) const {
+  KERNEL bool follows(GroupBox& seen, int first, int n) const {
     for (int i = first; i < first + n; ++i)
       if (!(particles.w[i] > R(0))) return false;
     const auto place = [&](int i) KERNEL_LAMBDA { return before.to_local(load_floats<float>(particles.x, i)); };
@@ -170,23 +170,23 @@ struct BroadPhaseTest {
     const Vector3<float> gap{max(0.0f, fabsf(to_mesh.x) - half.x - mesh.half.x),
                              max(0.0f, fabsf(to_mesh.y) - half.y - mesh.half.y),
                              max(0.0f, fabsf(to_mesh.z) - half.z - mesh.half.z)};
-    const float sizes = sum_of_sizes(c) + sum_of_sizes(half) + sum_of_sizes(mesh.centre) + sum_of_sizes(mesh.half);
-    const WordBox now{c, half, 0.99999f * sqrt(dot(gap, gap)) - 1e-5f * (sizes + shift())};
-    if (!now.keeps_all() || !is_separated<S>(now, first, n)) return false;
+    const float sizes = l1_norm(c) + l1_norm(half) + l1_norm(mesh.centre) + l1_norm(mesh.half);
+    const GroupBox now{c, half, 0.99999f * sqrt(dot(gap, gap)) - 1e-5f * (sizes + shift())};
+    if (!now.can_test_group() || !is_separated<S>(now, first, n)) return false;
     seen = now;
     return true;
   }
   /// The same of the middle of where they were seen.
-  KERNEL bool stays(WordBox& seen, const WordPlaces& places, int n) const {
-    const WordBox middle = middle_of(places, n);
-    if (!middle.keeps_all()) return false;
+  KERNEL bool stays(GroupBox& seen, const GroupEntries& places, int n) const {
+    const GroupBox middle = middle_of(places, n);
+    if (!middle.can_test_group()) return false;
     seen = middle;
     return true;
   }
 
   /// Whether no particle of the word can have come near: all are near a box to which nothing is near.
   template <class S>
-  KERNEL bool is_separated(const WordBox& seen, int first, int n) const {
+  KERNEL bool is_separated(const GroupBox& seen, int first, int n) const {
     constexpr int lanes = int(sizeof(S) / sizeof(float));
     Ways<S> of_lanes;
     Ways<float> all;
@@ -198,7 +198,7 @@ struct BroadPhaseTest {
     for (int l = 0; l < lanes; ++l) all.off = max(all.off, off[l]), all.way = max(all.way, way[l]), all.sum += sum[l];
     if (!(all.sum < INFINITY)) return false;
     const float beyond = sqrt(all.off), path = sqrt(all.way);
-    const float slack = 1e-5f * (sum_of_sizes(seen.centre) + sum_of_sizes(seen.half) + beyond + path + shift());
+    const float slack = 1e-5f * (l1_norm(seen.centre) + l1_norm(seen.half) + beyond + path + shift());
     return (reach < 0 ? beyond : beyond + path + reach) + slack < seen.distance;
   }
   /// How far particles are off a box and how long their ways are at most, squared; the sum is not a number, or is not
@@ -208,7 +208,7 @@ struct BroadPhaseTest {
     S off = S(0.0f), way = S(0.0f), sum = S(0.0f);
   };
   template <class S>
-  KERNEL void add_way(Ways<S>& ways, const WordBox& seen, int i) const {
+  KERNEL void add_way(Ways<S>& ways, const GroupBox& seen, int i) const {
     const Vector3<S> a = before.to_local(load_floats<S>(particles.x, i));
     const Vector3<S> b = after.to_local(load_floats<S>(particles.p, i)), way = b - a;
     const Vector3<S> start = seen.way_to(a), end = reach < 0 ? seen.way_to(b) : start;
@@ -228,11 +228,11 @@ struct BroadPhaseTest {
   KERNEL S excess(const Places& places, int first, int k) const {
     const Vector3<S> start = load_floats<S>(particles.x, first + k), end = load_floats<S>(particles.p, first + k);
     const Vector3<S> a = before.to_local(start), b = after.to_local(end);
-    const SeenLanes<S> seen = places.from(k, a);
+    const CacheEntryLanes<S> seen = places.from(k, a);
     const Vector3<S> moved = a - seen.at, way = reach < 0 ? b - seen.at : b - a;
     const S m = sqrt(dot(moved, moved)), l = sqrt(dot(way, way));
     // Some ten roundings of each coordinate on its way.
-    const S slack = (sum_of_sizes(start) + sum_of_sizes(end) + S(shift())) * S(4e-6f);
+    const S slack = (l1_norm(start) + l1_norm(end) + S(shift())) * S(4e-6f);
     return (reach < 0 ? max(m, l) : m + l + S(reach)) + slack - seen.distance;
   }
 };
@@ -254,7 +254,7 @@ struct ActiveMask {
 /// how many words no places; and what of slots and places there is.
 struct BroadPhaseCounts {
   int all = 0, words = 0, without_slot = 0, without_places = 0;
-  Handed slots, places;
+  AllocationCount slots, places;
   KERNEL BroadPhaseCounts& operator+=(const BroadPhaseCounts& o) {
     all += o.all, words += o.words, without_slot += o.without_slot, without_places += o.without_places;
     slots += o.slots, places += o.places;
@@ -262,7 +262,7 @@ struct BroadPhaseCounts {
   }
 };
 template <class R>
-struct CountTested {
+struct CountBroadPhase {
   ActiveMask questions;
   ContactCacheView<R> nearby;
   KERNEL BroadPhaseCounts operator()(int word) const {
@@ -271,7 +271,7 @@ struct CountTested {
     const unsigned long long last = questions.of(questions.count - 1, word);
     unsigned long long rest = questions.asked(word);
     if (rest == 0) return sum;
-    const WordPlaces* const places = nearby.places_of(word);
+    const GroupEntries* const places = nearby.places_of(word);
     sum.words = 1, sum.without_places = places == nullptr;
     for (; rest != 0; rest &= rest - 1) {
       const int bit = lowest_bit(rest);

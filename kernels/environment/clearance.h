@@ -22,14 +22,14 @@ struct MinClearance {
     return *this;
   }
 };
-struct SumRooms {
+struct ReduceClearance {
   const Clearance* rooms;
   KERNEL MinClearance operator()(int word) const { return {rooms[word].distance, rooms[word].speed2}; }
 };
 
 /// Room to one mesh, which does not move; with what there is of others. Pinned particles need none.
 template <class R>
-struct MeasureRoom {
+struct MeasureClearance {
   Points<R> x, v;
   const R* w;
   int count;
@@ -51,8 +51,8 @@ struct MeasureRoom {
       for (; k + lanes <= n; k += lanes) add<Lane<float, Isa>>(places, begin, k, missing, speed2);
       for (; k < n; ++k) add<float>(places, begin, k, missing, speed2);
     };
-    const WordPlaces* const places = nearby.places_of(group.index);
-    places ? add_all(EachPlace{places}) : add_all(BoxPlace(nearby.boxes[group.index]));
+    const GroupEntries* const places = nearby.places_of(group.index);
+    places ? add_all(ParticleEntries{places}) : add_all(BoxEntry(nearby.boxes[group.index]));
     room = {-missing.value(), speed2.value()};
   }
 
@@ -61,11 +61,11 @@ struct MeasureRoom {
   KERNEL void add(const Places& places, int begin, int k, Most& missing, Most& speed2) const {
     const int i = begin + k;
     const Vector3<S> place = load_floats<S>(x, i), speed = load_floats<S>(v, i);
-    const SeenLanes<S> seen = places.from(k, place);
+    const CacheEntryLanes<S> seen = places.from(k, place);
     const Vector3<S> moved = place - seen.at;
     S mass;
     load_float(w + i, mass);
-    const S slack = (sum_of_sizes(place) + abs(seen.distance)) * S(rounding);
+    const S slack = (l1_norm(place) + abs(seen.distance)) * S(rounding);
     const S room = seen.distance - sqrt(dot(moved, moved)) - S(reach) - slack;
     const auto moves = mass > S(0.0f);
     const S less = select(room < S(INFINITY), S(0.0f) - room, S(INFINITY));  // not a number: no room
@@ -89,7 +89,7 @@ struct ReconstructPrevious {
 
 /// The state of those that were held back after their substep: x = p, and v for it.
 template <class R>
-struct KeepHeld {
+struct CommitClamped {
   Particles<R> particles;
   R per_dt;
   KERNEL void operator()(int i) const {

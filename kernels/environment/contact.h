@@ -37,7 +37,7 @@ struct ClosestPointRecord {
 };
 
 /// The same of a pair of a mesh and a particle, for checkpoints: mesh after mesh, of each all particles.
-struct SeenOfPair {
+struct PairRecord {
   long long pair = 0;
   ClosestPointRecord seen;
 };
@@ -46,7 +46,7 @@ struct SeenOfPair {
 struct ProximityRecord {
   ClosestPointRecord seen;
   int cell = 0;  // in which it was last (kernels/environment/triangle_octree.h)
-  NearFeature feature;
+  ClosestFeature feature;
 };
 
 /// As if it were seen for the first time, within the thickness on either side of the surface.
@@ -58,7 +58,7 @@ struct KeepOverlap {
 
 /// It is to be laid anew, wherever its particle comes from.
 template <class R>
-KERNEL void invalidate_place(Contact<R>& contact) {
+KERNEL void invalidate_cached_position(Contact<R>& contact) {
   contact.cached_position = {R(NAN), R(NAN), R(NAN)};
 }
 template <class R>
@@ -66,7 +66,7 @@ KERNEL void invalidate(Contact<R>& contact) {
   contact.plane = {R(0), R(0), R(0), -R(INFINITY)};
   contact.lambda = R(0);
   contact.friction_impulse = {R(0), R(0), R(0)};
-  invalidate_place(contact);
+  invalidate_cached_position(contact);
 }
 
 /// Friction that all iterations of a substep take together: `taken` and what slides on, within Coulomb's cone. A push

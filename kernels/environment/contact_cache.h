@@ -21,7 +21,7 @@ KERNEL int atomic_increment(int* number) {
 inline constexpr int kGroupSize = 64;  // particles: a bit each
 
 /// Where a particle was last seen (m, mesh's frame), and how near nothing is.
-struct PlaceSeen {
+struct CacheEntry {
   float x, y, z, distance;
 };
 
@@ -33,19 +33,19 @@ KERNEL Vector3<S> nearest_in(const Vector3<float>& low, const Vector3<float>& hi
 
 /// A box in which all particles of a word were when they were last seen (m, mesh's frame), for a first test of them
 /// all. Unless each particle has a place of its own, it counts as seen at the place of the box that is nearest to it.
-struct WordBox {
+struct GroupBox {
   Vector3<float> centre, half;
   /// To no place of the box anything is nearer. Below 0: the same of its size, but particles have left it by more than
-  /// that tells. 0: no particle was ever seen. kOfEach: each particle has a place of its own.
+  /// that tells. 0: no particle was ever seen. kPerParticle: each particle has a place of its own.
   float distance;
 
-  static constexpr float kOfEach = -INFINITY;
+  static constexpr float kPerParticle = -INFINITY;
   /// Whether a test of the whole word may tell that nothing is near.
-  KERNEL bool keeps_all() const { return distance > 0; }
-  KERNEL bool is_of_each() const { return distance == kOfEach; }
+  KERNEL bool can_test_group() const { return distance > 0; }
+  KERNEL bool has_entries() const { return distance == kPerParticle; }
   KERNEL float clearance() const { return distance == 0 ? -INFINITY : fabsf(distance); }
-  KERNEL PlaceSeen place(const Vector3<float>& a) const {
-    if (distance == 0 || is_of_each()) return {0, 0, 0, -INFINITY};
+  KERNEL CacheEntry place(const Vector3<float>& a) const {
+    if (distance == 0 || has_entries()) return {0, 0, 0, -INFINITY};
     const Vector3<float> nearest = nearest_in(centre - half, centre + half, a);
     return {nearest.x, nearest.y, nearest.z, clearance()};
   }
@@ -57,19 +57,19 @@ struct WordBox {
   }
   KERNEL void leave() { distance = distance < 1e38f ? -distance : -1e38f; }
   /// Each particle gets a place of its own; then the size tells whether any was seen since a box was last tried.
-  KERNEL void leave_to_each() { distance = kOfEach, half.x = 1; }
-  KERNEL bool is_to_try() const { return is_of_each() && half.x != 0; }
-  KERNEL void note_try() { half.x = 0; }
+  KERNEL void use_entries() { distance = kPerParticle, half.x = 1; }
+  KERNEL bool should_refit() const { return has_entries() && half.x != 0; }
+  KERNEL void note_refit() { half.x = 0; }
 };
 
 /// Where each particle of a word was last seen, and its slot: of words that no box tells of.
-struct WordPlaces {
-  float x[kGroupSize], y[kGroupSize], z[kGroupSize], distance[kGroupSize];  // as in PlaceSeen
+struct GroupEntries {
+  float x[kGroupSize], y[kGroupSize], z[kGroupSize], distance[kGroupSize];  // as in CacheEntry
   int slot[kGroupSize];                                                     // none: -1
   int word;  // whose places these are; none: -1, and they are free
 
-  KERNEL PlaceSeen of(int k) const { return {x[k], y[k], z[k], distance[k]}; }
-  KERNEL void set(int k, const PlaceSeen& to) { x[k] = to.x, y[k] = to.y, z[k] = to.z, distance[k] = to.distance; }
+  KERNEL CacheEntry of(int k) const { return {x[k], y[k], z[k], distance[k]}; }
+  KERNEL void set(int k, const CacheEntry& to) { x[k] = to.x, y[k] = to.y, z[k] = to.z, distance[k] = to.distance; }
   KERNEL bool has_slots(int n) const {
     bool any = false;
     for (int k = 0; k < n; ++k) any = any || slot[k] >= 0;
@@ -78,7 +78,7 @@ struct WordPlaces {
 };
 
 /// The middle of n places, for a word that is farther off than it is large: without it the distance is 0.
-KERNEL WordBox middle_of(const WordPlaces& places, int n) {
+KERNEL GroupBox middle_of(const GroupEntries& places, int n) {
   const auto middle = [&](const float* a) KERNEL_LAMBDA {
     float least = a[0], most = least;
     for (int k = 1; k < n; ++k) least = a[k] < least ? a[k] : least, most = a[k] > most ? a[k] : most;
@@ -101,9 +101,9 @@ KERNEL Vector3<float> place_in(const Pose& mesh, const Vector3<R>& x) {
 }
 
 /// How many pieces of memory were handed out from the first on, and how many of them are free again.
-struct Handed {
+struct AllocationCount {
   int used = 0, freed = 0;
-  KERNEL Handed& operator+=(const Handed& o) {
+  KERNEL AllocationCount& operator+=(const AllocationCount& o) {
     used += o.used, freed += o.freed;
     return *this;
   }
@@ -112,26 +112,26 @@ struct Handed {
 /// Of one mesh. There is memory for the places and the slot of every particle that is looked at.
 template <class R>
 struct ContactCacheView {
-  WordBox* boxes;
+  GroupBox* boxes;
   int* which;             // of each word, the place of its entry in `places`; none: -1
-  WordPlaces* places;     // of the words whose boxes are of each
+  GroupEntries* places;     // of the words whose boxes are of each
   Contact<R>* contacts;   // of each slot
   ProximityRecord* near;  // the same
-  Handed *slots, *words;  // of contacts and near, and of places
+  AllocationCount *slots, *words;  // of contacts and near, and of places
 
-  KERNEL const WordPlaces* places_of(int word) const { return which[word] < 0 ? nullptr : places + which[word]; }
+  KERNEL const GroupEntries* places_of(int word) const { return which[word] < 0 ? nullptr : places + which[word]; }
   KERNEL int slot(int i) const {
-    const WordPlaces* const of = places_of(i / kGroupSize);
+    const GroupEntries* const of = places_of(i / kGroupSize);
     return of ? of->slot[i % kGroupSize] : -1;
   }
   /// Of a particle that is at a, in the mesh's frame.
-  KERNEL PlaceSeen place(int i, const Vector3<float>& a) const {
-    const WordPlaces* const of = places_of(i / kGroupSize);
+  KERNEL CacheEntry place(int i, const Vector3<float>& a) const {
+    const GroupEntries* const of = places_of(i / kGroupSize);
     return of ? of->of(i % kGroupSize) : boxes[i / kGroupSize].place(a);
   }
   KERNEL ClosestPointRecord seen(int i, const Vector3<double>& a) const {
     if (const int s = slot(i); s >= 0) return near[s].seen;
-    const PlaceSeen last = place(i, rounded<float>(a));
+    const CacheEntry last = place(i, rounded<float>(a));
     return {{double(last.x), double(last.y), double(last.z)}, double(last.distance), -1, {0, 0, 0}};
   }
   /// As in ClosestPointRecord.
@@ -141,30 +141,30 @@ struct ContactCacheView {
   }
 
   /// Gives each particle of a word a place of its own, as see() needs it. No other thread does the same.
-  KERNEL void give_places(int word, const Particles<R>& particles, const Pose& mesh) const {
+  KERNEL void allocate_entries(int word, const Particles<R>& particles, const Pose& mesh) const {
     if (which[word] >= 0) return;
     const int to = atomic_increment(&words->used), first = word * kGroupSize;
-    WordPlaces& own = places[to];
+    GroupEntries& own = places[to];
     for (int k = 0; k < kGroupSize; ++k) {
       own.slot[k] = -1;
       own.set(k, first + k < particles.count ? boxes[word].place(place_in(mesh, particles.x[first + k]))
-                                             : PlaceSeen{0, 0, 0, -INFINITY});
+                                             : CacheEntry{0, 0, 0, -INFINITY});
     }
     own.word = word, which[word] = to;
-    boxes[word].leave_to_each();
+    boxes[word].use_entries();
   }
   /// A box tells of a word's particles from here on. None of them has a slot.
-  KERNEL void take_places(int word) const {
+  KERNEL void free_entries(int word) const {
     places[which[word]].word = -1, which[word] = -1;
     atomic_increment(&words->freed);
   }
 
   KERNEL void see(int i, const ClosestPointRecord& last) const {
     const Vector3<float> rounded = in_float(last.at);
-    WordPlaces& own = places[which[i / kGroupSize]];
+    GroupEntries& own = places[which[i / kGroupSize]];
     const int k = i % kGroupSize;
     own.set(k, {rounded.x, rounded.y, rounded.z, certain_distance(last)});
-    boxes[i / kGroupSize].leave_to_each();
+    boxes[i / kGroupSize].use_entries();
     int s = own.slot[k];
     if (!needs_slot(last)) {
       if (s < 0) return;
@@ -232,10 +232,10 @@ struct CompactSlots {
 };
 /// The same of places.
 template <class R>
-struct TakeOutFreePlaces {
+struct CompactEntries {
   using AsksTheHost = void;
   ContactCacheView<R> nearby;
-  WordPlaces* to;
+  GroupEntries* to;
   KERNEL void operator()(int) const {
     int kept = 0;
     for (int k = 0; k < nearby.words->used; ++k) {
@@ -249,7 +249,7 @@ struct TakeOutFreePlaces {
 };
 
 /// Of a slot: what was known of its cell.
-struct ForgetCells {
+struct ResetCells {
   ProximityRecord* near;
   KERNEL void operator()(int s) const { near[s].cell = 0; }
 };

@@ -47,10 +47,10 @@ struct MoveLocal {
 
 /// Of what edges hold in this substep, where bodies collide with themselves: nothing else may move it.
 template <class R>
-struct HeldByEdges {
+struct KinematicMarks {
   R* w = nullptr;            // 1/kg, then 0; none: nothing else will try
-  Carrier* by = nullptr;     // of each particle
-  Carrier number = kNobody;  // of these edges
+  KinematicOwner* by = nullptr;     // of each particle
+  KinematicOwner number = kNoOwner;  // of these edges
   KERNEL bool any() const { return w != nullptr; }
   KERNEL void note(int i) const {
     if (any()) w[i] = R(0), by[i] = number;
@@ -59,10 +59,10 @@ struct HeldByEdges {
 
 /// Puts a particle where the objects see it.
 template <class R>
-struct PlaceLocal {
+struct SetFromLocal {
   Displaced<R> p;
   ObjectFrame after;
-  HeldByEdges<R> held;
+  KinematicMarks<R> held;
   KERNEL void operator()(int i, const Vector3<R>& a) const {
     p.set(i, after.world(a));
     held.note(i);
@@ -169,7 +169,7 @@ struct FindEdgePairs {
 
 /// Of an object.
 template <class R>
-struct EdgeRules {
+struct EdgeContactParams {
   R min_distance, friction;  // m, Coulomb's mu
 };
 
@@ -181,9 +181,9 @@ KERNEL int object_of(const SelfContact<R>& c, const int* object) {
 
 /// Lays the contacts of candidates, each by its object's rules, and counts which of their ends are particles.
 template <class R>
-struct LayEdgeContacts {
+struct BuildEdgeContacts {
   EvaluateCandidate<R> look;
-  const EdgeRules<R>* rules;
+  const EdgeContactParams<R>* rules;
   const int* object;
   const int* place;
   int count, total, particles;
@@ -210,7 +210,7 @@ struct LayEdgeContacts {
 };
 
 template <class R>
-struct EnterParticles {
+struct ListContactEnds {
   const SelfContact<R>* contacts;
   const int* place;  // of their ends
   int particles;
@@ -231,7 +231,7 @@ struct GrowEdgeDistances {
   const SelfContact<R>* contacts;
   const Keyed* ends;
   const int* begin;  // null: there are no contacts
-  const EdgeRules<R>* rules;
+  const EdgeContactParams<R>* rules;
   const int* object;
   R most;
   KERNEL Sum operator()(int i) const {
@@ -260,7 +260,7 @@ struct GrowEdgeDistances {
 /// Coulomb's mu of a contact's object.
 template <class R>
 struct ObjectFriction {
-  const EdgeRules<R>* rules;
+  const EdgeContactParams<R>* rules;
   const int* object;
   KERNEL R operator()(const SelfContact<R>& c) const { return rules[object_of(c, object)].friction; }
 };
@@ -277,7 +277,7 @@ struct TurnToWorld {
 /// Counts the particles that may meet what was not looked at: those with contacts that left their reach, and those
 /// that left the box of the search.
 template <class R>
-struct CountOutOfReach {
+struct CountBoundsViolations {
   ScatteredPoints<R> x, moved, d, x_then, d_then;
   R margin, slack;  // m
   const unsigned char* near;

@@ -130,7 +130,7 @@ struct SolveContactsJacobi {
 
 /// Every particle takes its share of its contacts' impulses, in their order.
 template <class R, class Turn>
-struct GatherPushes {
+struct ApplyImpulses {
   Displaced<R> p;
   const R* w;
   const Keyed* ends;

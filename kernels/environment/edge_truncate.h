@@ -8,7 +8,7 @@ namespace malha {
 
 /// A free particle stays where the substep began.
 template <class R>
-struct StandStill {
+struct ResetFreeParticles {
   Particles<R> particles;
   KERNEL void operator()(int i) const {
     if (particles.w[i] > R(0)) particles.p.stay(i);
@@ -18,7 +18,7 @@ struct StandStill {
 /// A particle that a mesh lifted from x0 to x before the substep, and that was then held where it goes to: as much of
 /// the lift as was undone is no motion.
 template <class R>
-struct ForgetLift {
+struct RemoveUndoneLift {
   Particles<R> particles;
   ScatteredPoints<R> x0;
   Vector3<R> origin;  // m, of x0
@@ -50,7 +50,7 @@ struct DivisionPlanes {
   /// Of particle j at x0, along n.
   KERNEL R at_start(const SelfContact<R>& c, int j) const { return dot(c.n, x0[c.i[j]] - x0[c.i[0]]); }
   /// Which the gap must keep.
-  KERNEL R kept(const SelfContact<R>& c) const { return kept_of(c.gap, least); }
+  KERNEL R kept(const SelfContact<R>& c) const { return required_gap(c.gap, least); }
   KERNEL bool apart(const SelfContact<R>& c) const {
     ContactSides<R> sides;
     for (int j = 0; j < 4; ++j) sides.add(j, c.first, at_start(c, j) + dot(c.n, moved[c.i[j]]));
@@ -60,7 +60,7 @@ struct DivisionPlanes {
 
 /// Marks the pairs that are about to cross; counts those that holding back can still help.
 template <class R>
-struct FindCrossing {
+struct FindEdgeViolations {
   DivisionPlanes<R> planes;
   const SelfContact<R>* contacts;
   const unsigned char* held;
@@ -80,7 +80,7 @@ struct FindCrossing {
 /// Of a crossing pair every particle goes only as far as none of its contacts can be broken by it; or, if it `rests`,
 /// nowhere: of those that rest none can cross another.
 template <class R, class Place>
-struct HoldParticles {
+struct TruncateParticles {
   DivisionPlanes<R> planes;
   Place place;
   bool rests;

@@ -7,7 +7,7 @@
 namespace malha {
 
 /// Places are relative to the mesh's centre, m.
-struct NearFeature {
+struct ClosestFeature {
   Vector3<double> at{};  // it is the nearest of the whole mesh to every point within `radius` of here
   double radius = -1;    // below 0: not known
   Vector3<double> o{};   // a corner of it, or the point
@@ -33,7 +33,7 @@ struct NearFeature {
 class FeatureValidityRadius {
  public:
   /// `error`: m, at most, of a computed distance.
-  KERNEL FeatureValidityRadius(const NearMesh& mesh, const Vector3<double>& p, const NearTriangle& near, double error)
+  KERNEL FeatureValidityRadius(const OctreeView& mesh, const Vector3<double>& p, const ClosestTriangle& near, double error)
       : mesh_(mesh), p_(p), near_(near), error_(error), corners_(mesh.triangles[near.triangle]) {}
 
   /// How far (m) the point may go while the feature is not farther than triangle t, and is where t is nearest if it is
@@ -102,9 +102,9 @@ class FeatureValidityRadius {
     return r > gap / 2 ? r : gap / 2;
   }
 
-  const NearMesh& mesh_;
+  const OctreeView& mesh_;
   Vector3<double> p_;
-  const NearTriangle& near_;
+  const ClosestTriangle& near_;
   double error_;
   const int* corners_;
 };

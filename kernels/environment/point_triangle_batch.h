@@ -12,7 +12,7 @@ class PointTriangleBatch {
  public:
   static constexpr int kPoints = 64, kPairs = 256;  // at most: what they need stays in the first cache
 
-  KERNEL PointTriangleBatch(const NearMesh& mesh) : mesh_(mesh) {}
+  KERNEL PointTriangleBatch(const OctreeView& mesh) : mesh_(mesh) {}
 
   KERNEL bool has_room(int listed) const { return points_ < kPoints && pairs_ + listed <= kPairs; }
 
@@ -48,13 +48,13 @@ class PointTriangleBatch {
   }
 
   /// Of the point that was added as the `which`th: of several triangles that are equally near the lowest.
-  KERNEL NearTriangle nearest(int which) const {
+  KERNEL ClosestTriangle nearest(int which) const {
     return nearest_of(triangle_, d2_, x_, y_, z_, feature_, first_[which], first_[which + 1], least_of(which));
   }
 
   /// How far (m) a point may go from this one, and its nearest feature is still the same; below 0: not at all. `wall`:
   /// how far the list holds; `error`: of a computed distance.
-  KERNEL double holds_within(int which, const NearTriangle& near, double wall, double error) const {
+  KERNEL double holds_within(int which, const ClosestTriangle& near, double wall, double error) const {
     const FeatureValidityRadius holds(mesh_, place_[which].xyz(), near, error);
     double radius = wall - error;
     for (int k = first_[which]; k < first_[which + 1] && radius > 0; ++k) {
@@ -74,7 +74,7 @@ class PointTriangleBatch {
     return least;
   }
 
-  NearMesh mesh_;
+  OctreeView mesh_;
   int points_ = 0, pairs_ = 0;
   int first_[kPoints + 1];
   alignas(64) Vec4<double> place_[kPoints];

@@ -35,10 +35,10 @@ struct StagingBuffer {
   KERNEL ContactCacheView<R> nearby(int mesh) const {
     char* const own = base + begin(kMeshes) + size_t(mesh) * mesh_bytes();
     const size_t n = size_t(words), slots = size_t(room) * (sizeof(Contact<R>) + sizeof(ProximityRecord));
-    WordPlaces* const places = reinterpret_cast<WordPlaces*>(own + slots);
-    WordBox* const boxes = reinterpret_cast<WordBox*>(places + n);
+    GroupEntries* const places = reinterpret_cast<GroupEntries*>(own + slots);
+    GroupBox* const boxes = reinterpret_cast<GroupBox*>(places + n);
     int* const which = reinterpret_cast<int*>(boxes + n);
-    Handed* const handed = reinterpret_cast<Handed*>(which + n);
+    AllocationCount* const handed = reinterpret_cast<AllocationCount*>(which + n);
     return {boxes,
             which,
             places,
@@ -67,7 +67,7 @@ struct StagingBuffer {
   KERNEL size_t mesh_bytes() const {
     const size_t n = size_t(words);
     return aligned(size_t(room) * (sizeof(Contact<R>) + sizeof(ProximityRecord)) +
-                   n * (sizeof(WordPlaces) + sizeof(WordBox) + sizeof(int)) + 2 * sizeof(Handed));
+                   n * (sizeof(GroupEntries) + sizeof(GroupBox) + sizeof(int)) + 2 * sizeof(AllocationCount));
   }
 };
 
@@ -90,7 +90,7 @@ struct CountActive {
 };
 
 /// Which words those are, in any order.
-struct ChooseWords {
+struct ListActiveGroups {
   ActiveMask questions;
   int *chosen, *which;
   KERNEL void operator()(int word) const {
@@ -117,7 +117,7 @@ struct PackParticles {
 
 /// And what is known of them at a mesh. Its numbers of slots are 0 before. There every word has places.
 template <class R>
-struct LoadNearby {
+struct PackCache {
   ActiveMask questions;
   Particles<R> particles;
   Pose pose;  // of the mesh, before the substep
@@ -129,7 +129,7 @@ struct LoadNearby {
     const ContactCacheView<R> to = cargo.nearby(mesh);
     if (bit == 0) to.boxes[w] = from.boxes[word], to.which[w] = w;
     if (!(questions.asked(word) >> bit & 1)) return;
-    WordPlaces& places = to.places[w];
+    GroupEntries& places = to.places[w];
     const int own = from.slot(i);
     places.set(bit, from.place(i, place_in(pose, particles.x[i]))), places.slot[bit] = -1;
     if (own < 0) return;
@@ -153,20 +153,20 @@ struct UnpackParticles {
 
 /// Words of which something was seen get places.
 template <class R>
-struct UnloadPlaces {
+struct AllocateUnpackedEntries {
   Particles<R> particles;
   Pose pose;  // of the mesh, before the substep
   ContactCacheView<R> to;
   StagingBuffer<R> cargo;
   int mesh;
   KERNEL void operator()(int w) const {
-    if (cargo.nearby(mesh).boxes[w].is_of_each()) to.give_places(cargo.which()[w], particles, pose);
+    if (cargo.nearby(mesh).boxes[w].has_entries()) to.allocate_entries(cargo.which()[w], particles, pose);
   }
 };
 
 /// Slots are freed or filled as a look on the device would.
 template <class R>
-struct UnloadNearby {
+struct UnpackCache {
   ContactCacheView<R> to;
   StagingBuffer<R> cargo;
   int mesh;
@@ -176,7 +176,7 @@ struct UnloadNearby {
     if (bit == 0) to.boxes[word] = from.boxes[w];
     if (!cargo.asked(j) || to.which[word] < 0) return;
     const int i = cargo.particle(j), own = from.places[w].slot[bit];
-    WordPlaces& places = to.places[to.which[word]];
+    GroupEntries& places = to.places[to.which[word]];
     places.set(bit, from.places[w].of(bit));
     int& s = places.slot[bit];
     if (own < 0) {

@@ -31,7 +31,7 @@ inline constexpr int kMostListed = 64;  // a longer one that cannot be cut is no
 inline constexpr int kDeepest = 18, kMostStuck = 3;
 
 /// A mesh in its own frame, relative to the centre of its box (m), and its cells.
-struct NearMesh {
+struct OctreeView {
   Vec4<double>* corners;
   const int (*triangles)[3];
   const GridCell* grid;  // the cells of depth `start`, in rows of z, y, x
@@ -44,7 +44,7 @@ struct NearMesh {
   double side;      // m, of the grid's cells
 };
 
-KERNEL bool is_leaf(const NearMesh& mesh, const OctreeNode& cell) {
+KERNEL bool is_leaf(const OctreeView& mesh, const OctreeNode& cell) {
   return cell.count <= mesh.leaf || cell.failed_splits >= kMostStuck || cell.depth >= kDeepest;
 }
 
@@ -67,7 +67,7 @@ struct OctreeKey {
   }
 };
 
-KERNEL OctreeKey path_to(const NearMesh& mesh, const Vector3<double>& p) {
+KERNEL OctreeKey path_to(const OctreeView& mesh, const Vector3<double>& p) {
   const double h = mesh.half;
   if (!(p.x > -h && p.x < h && p.y > -h && p.y < h && p.z > -h && p.z < h)) return {0, 0, 0, false};
   const int last = (1 << kDeepest) - 1;
@@ -78,19 +78,19 @@ KERNEL OctreeKey path_to(const NearMesh& mesh, const Vector3<double>& p) {
   return {place(p.x), place(p.y), place(p.z), true};
 }
 
-KERNEL int place_in_grid(const NearMesh& mesh, const OctreeKey& path) {
+KERNEL int place_in_grid(const OctreeView& mesh, const OctreeKey& path) {
   const int bits = kDeepest - mesh.start;
   return ((path.z >> bits) << mesh.start | path.y >> bits) << mesh.start | path.x >> bits;
 }
 
-KERNEL Vector3<double> centre_in_grid(const NearMesh& mesh, const OctreeKey& path) {
+KERNEL Vector3<double> centre_in_grid(const OctreeView& mesh, const OctreeKey& path) {
   const int bits = kDeepest - mesh.start;
   const auto middle = [&](int i) KERNEL_LAMBDA { return ((i >> bits) + 0.5) * mesh.side - mesh.half; };
   return {middle(path.x), middle(path.y), middle(path.z)};
 }
 
 /// How far p is from the mesh at least (m), by the distance of its cell's centre: below 0 where that is not known.
-KERNEL double least_distance(const NearMesh& mesh, const OctreeKey& path, const Vector3<double>& p) {
+KERNEL double least_distance(const OctreeView& mesh, const OctreeKey& path, const Vector3<double>& p) {
   float known;
 #if defined(__CUDA_ARCH__)
   known = mesh.grid[place_in_grid(mesh, path)].distance;
@@ -102,7 +102,7 @@ KERNEL double least_distance(const NearMesh& mesh, const OctreeKey& path, const 
 }
 
 /// The last cell at a point; none, or not made yet: 0.
-KERNEL int find_leaf(const NearMesh& mesh, const OctreeKey& path) {
+KERNEL int find_leaf(const OctreeView& mesh, const OctreeKey& path) {
   int at = published(mesh.grid[place_in_grid(mesh, path)].cell);
   while (at > 0 && !is_leaf(mesh, mesh.cells[at]))
     at = published(mesh.cells[at].child[path.part(mesh.cells[at].depth)]);
@@ -115,7 +115,7 @@ KERNEL bool holds(const OctreeNode& cell, const OctreeKey& path) {
 }
 
 /// How far a point is from the walls of a cell that holds it (m).
-KERNEL double distance_to_cell_boundary(const NearMesh& mesh, const OctreeNode& cell, const Vector3<double>& p) {
+KERNEL double distance_to_cell_boundary(const OctreeView& mesh, const OctreeNode& cell, const Vector3<double>& p) {
   const double side = 2 * mesh.half / double(1 << cell.depth);
   const auto from = [&](double x, int place) KERNEL_LAMBDA {
     const double d = x + mesh.half - place * side, other = side - d;
@@ -127,7 +127,7 @@ KERNEL double distance_to_cell_boundary(const NearMesh& mesh, const OctreeNode& 
 
 /// The nearest points of the listed triangles to p, the last one again where a pack has more lanes.
 template <class S>
-KERNEL NearestPoint<S> nearest_of_listed(const NearMesh& mesh, const Vector3<S>& p, const int* list, int count) {
+KERNEL NearestPoint<S> nearest_of_listed(const OctreeView& mesh, const Vector3<S>& p, const int* list, int count) {
   constexpr int lanes = int(sizeof(S) / sizeof(double));
   int a[lanes], b[lanes], c[lanes];
   for (int l = 0; l < lanes; ++l) {
@@ -141,7 +141,7 @@ KERNEL NearestPoint<S> nearest_of_listed(const NearMesh& mesh, const Vector3<S>&
   return nearest_point(p, at_a, at_b, at_c);
 }
 
-struct NearTriangle {
+struct ClosestTriangle {
   int triangle = -1;  // none: no list answers
   double distance = 0;
   OnTriangle where{};
@@ -149,7 +149,7 @@ struct NearTriangle {
 
 /// Of triangles begin .. end - 1 with these nearest points, squared distances and features the nearest; of several that
 /// are equally near the lowest. `least`: of the squared distances.
-KERNEL NearTriangle nearest_of(const int* triangle, const double* d2, const double* x, const double* y, const double* z,
+KERNEL ClosestTriangle nearest_of(const int* triangle, const double* d2, const double* x, const double* y, const double* z,
                                const double* feature, int begin, int end, double least) {
   const double distance = sqrt(least);
   for (int k = begin; k < end; ++k)  // squares may differ where their roots do not
@@ -160,7 +160,7 @@ KERNEL NearTriangle nearest_of(const int* triangle, const double* d2, const doub
 
 /// The nearest triangle to p by the list of a last cell that holds it; of several that are equally near the lowest.
 template <class Isa>
-KERNEL NearTriangle nearest_listed(const NearMesh& mesh, const OctreeNode& cell, const Vector3<double>& p) {
+KERNEL ClosestTriangle nearest_listed(const OctreeView& mesh, const OctreeNode& cell, const Vector3<double>& p) {
   using S = Lane<double, Isa>;
   constexpr int lanes = kLanes<double, Isa>;
   const int* const list = mesh.lists + cell.first;

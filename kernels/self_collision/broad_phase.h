@@ -39,9 +39,9 @@ struct BroadPhaseQuery {
 
 /// What the sides of pairs are: a kind of items each, of which the first may be the other unit's.
 template <PairKind kind>
-inline constexpr UnitItems kOneSide = kind == PairKind::Face ? kPoints : kEdges;
+inline constexpr ClusterItems kOneSide = kind == PairKind::Face ? kPoints : kEdges;
 template <PairKind kind>
-inline constexpr UnitItems kOtherSide = kind == PairKind::Face ? kTriangles : kEdges;
+inline constexpr ClusterItems kOtherSide = kind == PairKind::Face ? kTriangles : kEdges;
 
 /// Pairs that wait until there are as many as a block holds: the particles of each.
 struct CandidateQueue {

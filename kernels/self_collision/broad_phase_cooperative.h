@@ -16,7 +16,7 @@ KERNEL int count_bits(unsigned bits) {
 
 /// A block a unit: the threads share what there is to compare, and one of them gives places.
 template <class R>
-struct FindPairsTogether {
+struct FindCandidatesCooperatively {
   using Shared = void;
   static constexpr int kMostThreads = 32;
   BroadPhaseQuery<R> of;
@@ -72,8 +72,8 @@ struct FindPairsTogether {
 
   template <PairKind kind, class Group>
   KERNEL_APART void meet(const Group& group, SharedMemory& bench, int one, int other, bool wire_edge) const {
-    constexpr UnitItems kOne = kOneSide<kind>, kOther = kOtherSide<kind>;
-    const auto leaf = [&](UnitItems items, int unit) KERNEL_LAMBDA { return of.units.begin[items][unit] / kBranch; };
+    constexpr ClusterItems kOne = kOneSide<kind>, kOther = kOtherSide<kind>;
+    const auto leaf = [&](ClusterItems items, int unit) KERNEL_LAMBDA { return of.units.begin[items][unit] / kBranch; };
     const Leaves leaves{leaf(kOne, one), leaf(kOther, other), leaf(kOne, one + 1) - leaf(kOne, one),
                         leaf(kOther, other + 1) - leaf(kOther, other), one == other && kOne == kOther};
     const auto add = [](int& sum, int value) KERNEL_LAMBDA { sum += value; };

@@ -49,7 +49,7 @@ KERNEL unsigned overlaps(const BoxRows<R>& rows, int at, int count, const Box<R>
 }
 
 /// Of what may meet.
-enum UnitItems { kPoints, kTriangles, kEdges, kItemKinds };
+enum ClusterItems { kPoints, kTriangles, kEdges, kItemKinds };
 
 /// Items of each kind, unit by unit, each unit's from a multiple of kBranch on, padded with items that are nowhere
 /// (particle < 0). Particles are numbered times kIndexScale.

@@ -17,7 +17,7 @@ struct CountFixed {
 
 /// Of them, those that move. Returns how many.
 template <class R>
-struct MarkDriven {
+struct MarkPushed {
   Trajectories<R> motions;
   MotionState* held;
   KERNEL Sum operator()(int i) const {
@@ -61,7 +61,7 @@ struct PushByKinematic {
     }
     if (one == 0 && other == 0) return;
     // A little more than must be kept: what rounding takes.
-    const R keeps = R(1.1) * kept_of(block.gap[k], rules.least);
+    const R keeps = R(1.1) * required_gap(block.gap[k], rules.least);
     if (!(sides.low - sides.high < keeps)) return;
     const R lacks = keeps - (sides.low - sides.high);
     const R part = one < other ? lacks : one > other ? R(0) : R(0.5) * lacks;
@@ -81,7 +81,7 @@ template <class R>
 struct MoveWithKinematic {
   Trajectories<R> motions;
   Pairs<R> pairs;
-  Carriers carriers;
+  KinematicOwners carriers;
   ViolationCount* left;
   MotionState* held;
   template <class Group>
@@ -108,7 +108,7 @@ struct MoveWithKinematic {
     return held[i] == MotionState::Kinematic || (held[i] == MotionState::Pushed && !(motions.moved[i].w > R(0)));
   }
   KERNEL Vector3<R> carried_by(int by, int i) const {
-    if (carriers.of == nullptr || carriers.of[by] == kNobody) return motions.moved[by].xyz();
+    if (carriers.of == nullptr || carriers.of[by] == kNoOwner) return motions.moved[by].xyz();
     carriers.of[i] = carriers.of[by];
     const Vector3<double> from = in_double(motions.origin) + in_double(motions.x0[i].xyz());
     return rounded<R>(to_world(carriers.motion[carriers.of[by]], from) - from);

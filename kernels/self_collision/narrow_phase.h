@@ -164,7 +164,7 @@ struct NarrowPhase {
         recompute_in_double<kind>(block, k, lowest_bit(past), seen, true);
       store(seen.gap, block.gap + k);
       store(seen.n.x, block.n[0] + k), store(seen.n.y, block.n[1] + k), store(seen.n.z, block.n[2] + k);
-      closest = min(closest, select(plane, seen.gap - kept_of(seen.gap, rules.least), none));
+      closest = min(closest, select(plane, seen.gap - required_gap(seen.gap, rules.least), none));
       if (bits == 0) continue;
       found |= bits << k, rim |= (bits & movemask(at_rim)) << k;
       const S lacks = min_distance - seen.distance;

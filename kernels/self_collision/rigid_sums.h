@@ -27,12 +27,12 @@ struct MotionSums {
 };
 
 /// Of the same particles, and their inertia after it about that place (kg m^2: xx, yy, zz, xy, xz, yz).
-struct HeldSums {
+struct TruncationSums {
   MotionSums before, after;
   double I[6] = {};
   int changed = 0;  // whether any of them was
   double pins = 0;  // the farthest that any of those that are pinned went, m
-  KERNEL HeldSums& operator+=(const HeldSums& o) {
+  KERNEL TruncationSums& operator+=(const TruncationSums& o) {
     before += o.before, after += o.after, changed |= o.changed, pins = max(pins, o.pins);
     for (int k = 0; k < 6; ++k) I[k] += o.I[k];
     return *this;
@@ -41,7 +41,7 @@ struct HeldSums {
 
 /// p - x0 before any is held, m, and how fast it was predicted, m/s.
 template <class R>
-struct NoteMotion {
+struct SaveMotion {
   Points<R> v;
   Trajectories<R> motions;
   Vec4<R>* before;
@@ -53,7 +53,7 @@ struct NoteMotion {
 
 /// In place of that motion, once all are held, what this has changed of it.
 template <class R>
-struct NoteChange {
+struct ComputeTruncationChange {
   Displaced<R> p;
   ScatteredPoints<R> x0;
   Vector3<R> origin;  // m, of x0
@@ -63,22 +63,22 @@ struct NoteChange {
 
 /// Of each run of particles, from their state at the end of the substep.
 template <class R>
-struct SumHeld {
+struct SumTruncation {
   Particles<R> particles;
   ScatteredPoints<R> x0;
   Vector3<R> origin;      // m, of x0
-  const Vec4<R>* before;  // see NoteChange
+  const Vec4<R>* before;  // see ComputeTruncationChange
   double per_dt;          // 1/s
   const ParticleRun* runs;
-  HeldSums* sums;
+  TruncationSums* sums;
   KERNEL void operator()(int r) const {
-    HeldSums sum;
+    TruncationSums sum;
     for (int i = runs[r].first; i < runs[r].first + runs[r].count; ++i) add(i, sum);
     sums[r] = sum;
   }
 
  private:
-  KERNEL void add(int i, HeldSums& sum) const {
+  KERNEL void add(int i, TruncationSums& sum) const {
     const R w = particles.w[i];
     const Vector3<R> change = before[i].xyz();
     const Vector3<double> v = in_double(particles.v[i]), first = in_double(x0[0]), start = in_double(x0[i]),
@@ -96,7 +96,7 @@ struct SumHeld {
 
 /// v = kept v + velocity + omega x (x - centre), the centre about the same place, of the runs that are `chosen`.
 template <class R>
-struct AddRigidGain {
+struct AddRigidCorrection {
   Particles<R> particles;
   ScatteredPoints<R> x0;
   Vector3<R> origin;  // m, of x0
@@ -119,7 +119,7 @@ struct AddRigidGain {
 template <class R>
 struct LimitSpeed {
   Particles<R> particles;
-  const Vec4<R>* before;  // see NoteChange
+  const Vec4<R>* before;  // see ComputeTruncationChange
   const ParticleRun* runs;
   const int* chosen;
   double most;  // m/s
@@ -134,20 +134,20 @@ struct LimitSpeed {
 };
 
 /// Of the bodies that are about to be held: their motion, and how far from the origin of x0 they are.
-struct HeldMotion {
+struct TruncatedMotion {
   MeanMotion mean;      // weighted by masses
   double farthest = 0;  // m
 };
 
 /// Of each run; nothing of those without a particle that is to be held.
 template <class R>
-struct SumHeldMotion {
+struct SumTruncatedMotion {
   Trajectories<R> motions;
   const MotionState* held;
   const ParticleRun* runs;
-  HeldMotion* sums;
+  TruncatedMotion* sums;
   KERNEL void operator()(int r) const {
-    HeldMotion sum;
+    TruncatedMotion sum;
     bool any = false;
     for (int i = runs[r].first; i < runs[r].first + runs[r].count; ++i) {
       const Vector3<double> d = in_double(motions.moved[i].xyz()), x = in_double(motions.x0[i].xyz());
@@ -157,7 +157,7 @@ struct SumHeldMotion {
       sum.farthest = max(sum.farthest, max(abs(x.x), max(abs(x.y), abs(x.z))));
       any = any || held[i] == MotionState::Truncating;
     }
-    sums[r] = any ? sum : HeldMotion{};
+    sums[r] = any ? sum : TruncatedMotion{};
   }
 };
 

@@ -16,7 +16,7 @@ struct SelfChecks {
 
 /// One item.
 template <class R>
-struct FindCommon {
+struct StoreCommonMotion {
   SelfChecks<R>* checks;
   KERNEL void operator()(int) const { checks->common = rounded<R>(checks->mean.value()); }
 };

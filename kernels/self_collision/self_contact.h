@@ -38,7 +38,7 @@ struct ContactSides {
 
 /// Which a gap must keep.
 template <class S>
-KERNEL S kept_of(const S& gap, typename RealOf<S>::type least) {
+KERNEL S required_gap(const S& gap, typename RealOf<S>::type least) {
   using R = typename RealOf<S>::type;
   return min(gap, max(gap * S(R(0.1)), S(least)));
 }
@@ -73,7 +73,7 @@ struct SumMotion {
 /// d = motion; none where it is not finite (such a particle ends the run). Counts the particles whose reach may leave
 /// the box that the candidates were found with.
 template <class R>
-struct OwnMotion {
+struct CheckCandidateBounds {
   ScatteredPoints<R> moved, x0, d, x_then, d_then;  // the last two: of the search
   R slack;                                          // by which those boxes were wider, m
   KERNEL Sum operator()(int i) const {
@@ -93,7 +93,7 @@ struct OwnMotion {
 
 /// What a search for candidates that shall serve some substeps starts from.
 template <class R>
-struct StartSearch {
+struct InitCandidateSearch {
   ScatteredPoints<R> x0, d, x_then, d_then;
   R ahead;  // substeps
   KERNEL void operator()(int i) const {
@@ -104,7 +104,7 @@ struct StartSearch {
 
 /// What decides how contacts are made.
 template <class R>
-struct ContactRules {
+struct CandidateContactParams {
   R thickness;  // m
   R recovery;   // of a distance below the wanted one, this share is made up for in a substep
 };
@@ -115,7 +115,7 @@ template <class R>
 struct EvaluateCandidate {
   const Candidate* candidates;
   Reaches<R> reaches;
-  ContactRules<R> rules;
+  CandidateContactParams<R> rules;
 
   /// Weights at the closest points of the four x.
   KERNEL static void weigh(int first, const Vector3<double>* x, double* weight) {
@@ -234,7 +234,7 @@ struct EvaluateCandidate {
 
 /// 1 where the candidate is worth a look.
 template <class R>
-struct CountMeetings {
+struct CountOverlappingCandidates {
   EvaluateCandidate<R> look;
   int* meets;
   KERNEL void operator()(int c) const { meets[c] = look.may_meet(look.candidates[c]) ? 1 : 0; }

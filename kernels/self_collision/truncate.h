@@ -97,7 +97,7 @@ struct FindViolations {
     for (int k = 0; k < kPairBlock; k += lanes) {
       S gap;
       load(block.gap + k, gap);
-      const S none = S(R(INFINITY)), keeps = kept_of(gap, rules.least);
+      const S none = S(R(INFINITY)), keeps = required_gap(gap, rules.least);
       if (movemask((gap < none) & (gap - keeps <= S(most))) == 0) continue;
       Vector3<S> n;
       load(block.n[0] + k, n.x), load(block.n[1] + k, n.y), load(block.n[2] + k, n.z);
@@ -163,7 +163,7 @@ KERNEL void for_each_crossing(const Group& group, const Pairs<R>& pairs, const V
 
 /// Of all patches.
 template <class R>
-struct SumLeft {
+struct SumViolations {
   Pairs<R> pairs;
   const ViolationCount* left;
   KERNEL ViolationCount operator()(int u) const { return pairs.patches[u].all() > 0 ? left[u] : ViolationCount{}; }
@@ -243,7 +243,7 @@ struct ComputeTruncation {
       sides.add(j, first, at[j]);
     }
     // Half of what the gap may lose is each side's, and what lies behind its plane may come up to it.
-    const S zero(R(0)), half = S(R(0.499)) * (gap - kept_of(gap, rules.least));
+    const S zero(R(0)), half = S(R(0.499)) * (gap - required_gap(gap, rules.least));
     for (int j = 0; j < 4; ++j) {
       if ((limited[j] & any) == 0) continue;
       Vector3<S> m;

@@ -56,10 +56,10 @@ class NearASurface {
     if (by_lists) {
       std::vector<unsigned long long> once(bits.size()), lifted(bits.size());
       const ActiveMask asked{bits.data(), 1, static_cast<int>(bits.size())};
-      parallel_for(Serial{}, asked.words, FindAskedOnce{asked, once.data(), lifted.data()});
-      const ListBits own{bits.data(), nullptr, once.data(), lifted.data()};
-      parallel_for(Serial{}, asked.words, GivePlaces<float>(look_at(all, 0), own));
-      parallel_for(Serial{}, count_, AnswerByLists<float>(look_at(all, 0), own, INFINITY));
+      parallel_for(Serial{}, asked.words, FindSingleMeshParticles{asked, once.data(), lifted.data()});
+      const QueryMasks own{bits.data(), nullptr, once.data(), lifted.data()};
+      parallel_for(Serial{}, asked.words, AllocateEntries<float>(look_at(all, 0), own));
+      parallel_for(Serial{}, count_, QueryOctree<float>(look_at(all, 0), own, INFINITY));
     }
     int left = 0;
     for (const unsigned long long word : bits) left += std::popcount(word);
@@ -81,7 +81,7 @@ class NearASurface {
       ASSERT_TRUE(same_bits(one->plane.w, two->plane.w)) << i;
       const bool laid = one->plane.w > -INFINITY;
       ASSERT_TRUE(!laid || (same(one->plane.xyz(), two->plane.xyz()) && same_bits(one->surface, two->surface))) << i;
-      const NearFeature &held = a.near[a.slot(i)].feature, &also_held = b.near[b.slot(i)].feature;
+      const ClosestFeature &held = a.near[a.slot(i)].feature, &also_held = b.near[b.slot(i)].feature;
       ASSERT_TRUE(same_bits(held.radius, also_held.radius)) << i;
       ASSERT_TRUE(!(held.radius > 0) || held.kind == also_held.kind) << i;
     }
@@ -96,7 +96,7 @@ class NearASurface {
   int count_;
   PointArray<Serial, float> x_, low_, v_, d_;
   std::vector<float> w_;
-  NearMemory<Serial, float> memory_;
+  ContactCacheStorage<Serial, float> memory_;
 };
 
 class ListsOf : public testing::TestWithParam<Sides> {};

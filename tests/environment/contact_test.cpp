@@ -233,8 +233,8 @@ struct Watched {
       } else if (!remembers) {
         ContactMemory seen;
         collider->tell([&](const auto& part) { seen.add(part); });
-        seen.boxes.assign(words_of(n), {{}, {1, 0, 0}, WordBox::kOfEach}), seen.places.assign(n, {0, 0, 0, -1e30f});
-        for (SeenOfPair& near : seen.near) near.seen = {{}, -1e30, -1, {}, near.seen.overlap};
+        seen.boxes.assign(words_of(n), {{}, {1, 0, 0}, GroupBox::kPerParticle}), seen.places.assign(n, {0, 0, 0, -1e30f});
+        for (PairRecord& near : seen.near) near.seen = {{}, -1e30, -1, {}, near.seen.overlap};
         collider.emplace(Serial{}, model);
         collider->restore_state(seen);
       }

@@ -30,7 +30,7 @@ std::vector<std::array<Point, 3>> triangles_of_all_shapes(Random& random, int co
   return all;
 }
 
-TEST(NearCells, APackOfTrianglesIsAsOneAfterTheOther) {
+TEST(TriangleOctree, APackOfTrianglesIsAsOneAfterTheOther) {
   Random random(31);
   const auto triangles = triangles_of_all_shapes(random, 20000);
   for_each_isa([&]<class Isa>(Isa) {
@@ -76,19 +76,19 @@ void expect_same(const ClosestPoint& found, const ClosestPoint& all, int i) {
 
 /// The feature that is nearest to a place is so to any other place up to where it holds: the answer has the same bits.
 bool expect_feature_as_all_triangles(const Surface& surface, const Point& p, int cell, Random& random, int i) {
-  const NearMesh& mesh = surface.view().cells;
+  const OctreeView& mesh = surface.view().cells;
   const OctreeNode& of = mesh.cells[cell];
-  const Point local = surface.view().in_near_mesh(p);
+  const Point local = surface.view().relative_to_centre(p);
   PointTriangleBatch<NativeIsa> pairs(mesh);
   pairs.add(local, mesh.lists + of.first, of.count);
   pairs.measure();
-  const NearTriangle near = pairs.nearest(0);
-  NearFeature feature = surface.view().feature(near);
+  const ClosestTriangle near = pairs.nearest(0);
+  ClosestFeature feature = surface.view().feature(near);
   const auto error = static_cast<double>(of.error);
   feature.at = local, feature.radius = pairs.holds_within(0, near, distance_to_cell_boundary(mesh, of, local), error);
-  if (feature.kind == NearFeature::Point || !(feature.radius > 0)) return false;
+  if (feature.kind == ClosestFeature::Point || !(feature.radius > 0)) return false;
   const Point way = random.in_cube(1), at = p + way * (0.999 * feature.radius / std::sqrt(dot(way, way)));
-  if (!feature.holds(surface.view().in_near_mesh(at))) return false;  // smaller than a rounding
+  if (!feature.holds(surface.view().relative_to_centre(at))) return false;  // smaller than a rounding
   const ClosestPoint all = surface.closest(at, 4 * surface.diagonal());
   ClosestPoint found = surface.view().of_feature(feature, at);
   found.triangle = all.triangle;  // any that the feature is part of
@@ -126,13 +126,13 @@ Compared expect_as_all_triangles(const Mesh& mesh, int points, unsigned seed) {
     for_each_isa([&]<class Isa>(Isa) {
       expect_same(surface.view().within(radius, surface.view().nearest<Isa>(p, cell), p), all, i);
       // Beside others, whose pairs share its packs.
-      const NearMesh& mesh_of = surface.view().cells;
+      const OctreeView& mesh_of = surface.view().cells;
       PointTriangleBatch<Isa> pairs(mesh_of);
       const int* const list = mesh_of.lists + mesh_of.cells[cell].first;
       const int count = mesh_of.cells[cell].count;
-      pairs.add(surface.view().in_near_mesh(p) * 1.01, list, count < 5 ? count : 5);
+      pairs.add(surface.view().relative_to_centre(p) * 1.01, list, count < 5 ? count : 5);
       pairs.add({}, list, 0);
-      pairs.add(surface.view().in_near_mesh(p), list, count);
+      pairs.add(surface.view().relative_to_centre(p), list, count);
       pairs.measure();
       expect_same(surface.view().within(radius, pairs.nearest(2), p), all, i);
       EXPECT_EQ(pairs.nearest(1).triangle, -1);
@@ -163,7 +163,7 @@ Mesh slivers() {
   return mesh;
 }
 
-TEST(NearCells, NearestTriangleIsThatOfAllTriangles) {
+TEST(TriangleOctree, NearestTriangleIsThatOfAllTriangles) {
   const std::vector<Mesh> meshes{generate(SphereShape{1, 4}), generate(BoxShape{{1, 2, 0.1}, {1, 1, 1}}),
                                  generate(BoxShape{{1, 1, 1}, {12, 12, 12}}), generate(GridShape{{1, 3}, {20, 60}}),
                                  slivers()};
@@ -175,14 +175,14 @@ TEST(NearCells, NearestTriangleIsThatOfAllTriangles) {
   }
 }
 
-TEST(NearCells, NearestTriangleIsThatOfAllTrianglesOnAScan) {
+TEST(TriangleOctree, NearestTriangleIsThatOfAllTrianglesOnAScan) {
   const Compared compared = expect_as_all_triangles(scan("armadillo"), 3000, 50);
   EXPECT_GT(compared.listed, compared.points * 3 / 4);
   EXPECT_GT(compared.held, compared.points / 4);
 }
 
 // Run by hand: 3 million points, minutes.
-TEST(NearCells, DISABLED_NearestTriangleIsThatOfAllTrianglesOnTheScansAtAMillionPlacesEach) {
+TEST(TriangleOctree, DISABLED_NearestTriangleIsThatOfAllTrianglesOnTheScansAtAMillionPlacesEach) {
   for (const char* name : {"armadillo", "bunny00", "refined_elephant"}) {
     const Compared compared = expect_as_all_triangles(scan(name), 1'000'000, 60);
     std::printf("%s: %d of %d by lists, %d also by features\n", name, compared.listed, compared.points, compared.held);
@@ -200,7 +200,7 @@ double distance_from_triangles(const Mesh& mesh, const Point& p) {
 }
 
 // Projected on the plane of a face or the line of an edge it is what it is on the triangle, but for rounding.
-TEST(NearCells, ProjectionOnAFeatureKeepsTheDistance) {
+TEST(TriangleOctree, ProjectionOnAFeatureKeepsTheDistance) {
   const Device device;
   for (const Mesh& mesh : {slivers(), generate(SphereShape{0.3, 3}), scan("armadillo")}) {
     const Surface surface(device, mesh);
@@ -215,17 +215,17 @@ TEST(NearCells, ProjectionOnAFeatureKeepsTheDistance) {
 
 // Over a face whose neighbours lie in its plane: as far as it is to the nearest of them, but for what the bound gives
 // away.
-TEST(NearCells, AFeatureHoldsForALargePartOfTheWayToTheNext) {
+TEST(TriangleOctree, AFeatureHoldsForALargePartOfTheWayToTheNext) {
   const Device device;
   const Surface grid(device, generate(GridShape{{1, 1}, {10, 10}}));
   const Point p{0.02, 0.01, 0.53};  // over a triangle with legs of 0.1: its longest side is the nearest
   const double way = 0.01 / std::sqrt(2);
   const int cell = grid.make_cell(p);
   ASSERT_GT(cell, 0);
-  const NearMesh& mesh = grid.view().cells;
+  const OctreeView& mesh = grid.view().cells;
   const OctreeNode& of = mesh.cells[cell];
   PointTriangleBatch<NativeIsa> pairs(mesh);
-  pairs.add(grid.view().in_near_mesh(p), mesh.lists + of.first, of.count);
+  pairs.add(grid.view().relative_to_centre(p), mesh.lists + of.first, of.count);
   pairs.measure();
   const double holds = pairs.holds_within(0, pairs.nearest(0), INFINITY, static_cast<double>(of.error));
   EXPECT_GT(holds, 0.4 * way);
@@ -233,14 +233,14 @@ TEST(NearCells, AFeatureHoldsForALargePartOfTheWayToTheNext) {
 }
 
 // A ball's centre is equally near to all of its triangles: there no list helps.
-TEST(NearCells, HaveNoListWhereTooManyTrianglesAreEquallyNear) {
+TEST(TriangleOctree, HaveNoListWhereTooManyTrianglesAreEquallyNear) {
   const Device device;
   const Surface ball(device, generate(SphereShape{1, 4}));
   EXPECT_EQ(ball.make_cell({1e-9, 0, 0}), 0);
   EXPECT_GT(ball.make_cell({0.9, 0.3, 0.2}), 0);
 }
 
-TEST(NearCells, StartAnewWhenTheirMemoryIsUsedUp) {
+TEST(TriangleOctree, StartAnewWhenTheirMemoryIsUsedUp) {
   const Device device;
   Surface ball(device, generate(SphereShape{1, 3}));
   Random random(7);

@@ -244,7 +244,7 @@ TEST(PairsOnBlocks, AreHeldApartWithTheHostsBits) {
 void expect_no_address_of_the_host(const std::set<std::string>& before) {
   for (const std::string& name : HostAddresses::held_by()) {
     if (before.contains(name)) continue;
-    const bool asks = std::ranges::any_of(std::array{"MeasureDepth<", "AnswerByLists<", "GivePlaces<"},
+    const bool asks = std::ranges::any_of(std::array{"MeasureDepth<", "QueryOctree<", "AllocateEntries<"},
                                           [&](const char* kernel) { return has(name, kernel); });
     EXPECT_TRUE(asks) << name;
   }
