@@ -32,8 +32,7 @@ void apply_final_guards(Self& self, Edges& edges, EnvironmentCollider& collider,
   };
   const KinematicOwner first_mesh = edges ? edges->groups() : 0;
   bool moved = false, any_moved_with_mesh = false;
-  if (self)
-    timed(Pass::SelfCollision, [&] { moved = self->resolve_intersections(all, has_environment_contacts); });
+  if (self) timed(Pass::SelfCollision, [&] { moved = self->resolve_intersections(all, has_environment_contacts); });
   if (kinematic && (moved || edges)) kinematic->start(all);
 
   const auto run_in_turns = [&](bool move_with_meshes) {

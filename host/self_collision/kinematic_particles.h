@@ -58,7 +58,7 @@ class KinematicParticles {
   }
 
   Executor executor_;
-  Array<Executor, R> w_;         // 1/kg; 0 for marked particles
+  Array<Executor, R> w_;                   // 1/kg; 0 for marked particles
   Array<Executor, KinematicOwner> owner_;  // of each particle
   Array<Executor, Pose> motion_;
   PointArray<Executor, R> start_;  // displacements before any particle is marked

@@ -4,8 +4,8 @@
 //
 // The guarantee rests on three facts: (1) the start, the end and the truncated position of every particle lie in its
 // swept box of the last broad phase, or the broad phase runs again; (2) a pair that is no candidate cannot come nearer
-// than its minimum distance while all particles stay in their boxes; (3) every candidate pair has a plane that separates
-// its sides at the start and must separate them at the end, or its displacements are truncated.
+// than its minimum distance while all particles stay in their boxes; (3) every candidate pair has a plane that
+// separates its sides at the start and must separate them at the end, or its displacements are truncated.
 #pragma once
 #include <algorithm>
 #include <array>
@@ -43,9 +43,11 @@ class SelfCollider {
   void solve_contacts(const Particles<R>& particles);
 
   /// Final guard of a substep: no primitives intersect afterwards. Displacements of a jam are truncated; where
-  /// has_environment_contacts() is false, the bodies get their momentum back in end_substep(). `owners`: of particles that
-  /// environment objects have moved in this substep, and whose inverse mass is 0. Returns whether anything had to move.
-  bool resolve_intersections(const Particles<R>& particles, const std::function<bool()>& has_environment_contacts, const KinematicOwners& owners = {});
+  /// has_environment_contacts() is false, the bodies get their momentum back in end_substep(). `owners`: of particles
+  /// that environment objects have moved in this substep, and whose inverse mass is 0. Returns whether anything had to
+  /// move.
+  bool resolve_intersections(const Particles<R>& particles, const std::function<bool()>& has_environment_contacts,
+                             const KinematicOwners& owners = {});
 
   /// Notes whether guards that ran last have moved bodies through each other.
   void note_intersections(const Particles<R>& particles) {
@@ -62,11 +64,13 @@ class SelfCollider {
   void note_truncation(const Particles<R>& particles, bool lifts) {
     if (correction_ == MomentumCorrection::None) return;  // nothing was truncated
     if (lifts) parallel_for(executor_, count_, RemoveUndoneLift<R>{particles, x0_.points(), origin()}, kGrain);
-    parallel_for(executor_, count_, ComputeTruncationChange<R>{particles.p, x0_.points(), origin(), saved_motion_.data()}, kGrain);
+    parallel_for(executor_, count_,
+                 ComputeTruncationChange<R>{particles.p, x0_.points(), origin(), saved_motion_.data()}, kGrain);
   }
 
   /// Stores the positions from which the next substep starts, after one of h seconds. Bodies in a jam get their momenta
-  /// back, or, where pins or objects (at most as fast as `object_speed`, m/s) push them, are not much faster than those.
+  /// back, or, where pins or objects (at most as fast as `object_speed`, m/s) push them, are not much faster than
+  /// those.
   void end_substep(const Particles<R>& particles, double h, double object_speed);
 
   /// Starts from positions that were set from outside and in which nothing intersects.
@@ -97,14 +101,15 @@ class SelfCollider {
   static constexpr int kGrain = PairSearch<Executor, R>::kGrain;
   static constexpr int kMoreProjections = 8;
   static constexpr int kMaxPushes = 8, kMaxKinematicMoves = 16;  // in a substep
-  static constexpr double kMaxSpeedRatio = 2;                   // times the speed of what pushes a jam, if nothing in it was faster
-  static constexpr double kLong = 0.01;  // s: in longer substeps layers fall so far that one sweep leaves uneven contacts
+  static constexpr double kMaxSpeedRatio = 2;  // times the speed of what pushes a jam, if nothing in it was faster
+  static constexpr double kLong =
+      0.01;  // s: in longer substeps layers fall so far that one sweep leaves uneven contacts
   static constexpr int kLongSweeps = 3;
-  static constexpr double kPushDistance = 0.1;         // of the thickness: pairs that come as near in a substep are contacts
-  static constexpr double kFit = 0.5;          // of the margin of a swept box: constraints may use the rest
-  static constexpr double kLeastGap = 0.02;    // of the thickness
-  static constexpr double kRounding = 0.05;    // of the least gap
-  static constexpr double kNearOrigin = 0.25;  // of the distance from the origin at which rounding reaches kRounding
+  static constexpr double kPushDistance = 0.1;  // of the thickness: pairs that come as near in a substep are contacts
+  static constexpr double kFit = 0.5;           // of the margin of a swept box: constraints may use the rest
+  static constexpr double kLeastGap = 0.02;     // of the thickness
+  static constexpr double kRounding = 0.05;     // of the least gap
+  static constexpr double kNearOrigin = 0.25;   // of the distance from the origin at which rounding reaches kRounding
 
   static BroadPhaseParams<R> broad_phase_params(double thickness) {
     return {R(0.1 * thickness), R(0.25), R(thickness), R(0.5 * thickness)};
@@ -138,7 +143,8 @@ class SelfCollider {
   void store_start_positions(const Particles<R>& particles) {
     parallel_for(executor_, count_, CopyPoints<R, FromOrigin<R>>{{particles.p, origin()}, x0_.points()});
   }
-  /// Moves the origin along with the bodies. The last broad phase is invalid then: its boxes are relative to the old one.
+  /// Moves the origin along with the bodies. The last broad phase is invalid then: its boxes are relative to the old
+  /// one.
   void update_origin(const Particles<R>& particles) {
     if constexpr (!kCarries<R>) return;
     Vec3 first = x0_.get(first_particle_);
@@ -156,9 +162,10 @@ class SelfCollider {
   }
 
   SumMotion<R> sum_motion() const { return {moved_.points(), takes_part_.data()}; }
-  /// `moves`, `rest`: see CheckSweptBounds.
-  CheckSweptBounds<R> bounds_check(double share, const Vector3<R>* moves = nullptr, const Vec3& rest = {}) const {
-    return {motions(), search_.reach(), frame(), moves, R(share), takes_part_.data(), to_R(rest)};
+  /// `moves`, `rest_motion`: see CheckSweptBounds.
+  CheckSweptBounds<R> bounds_check(double share, const Vector3<R>* moves = nullptr,
+                                   const Vec3& rest_motion = {}) const {
+    return {motions(), search_.reach(), frame(), moves, R(share), takes_part_.data(), to_R(rest_motion)};
   }
   /// Common motion of all particles, m.
   static Vec3 common(const MeanMotion& mean) {
@@ -166,8 +173,8 @@ class SelfCollider {
     return {a.x, a.y, a.z};
   }
   Vec3 common() const { return common(parallel_reduce<MeanMotion>(executor_, count_, sum_motion(), kGrain)); }
-  BoundsViolations check_bounds(double share, const Vec3& rest = {}) const {
-    return parallel_reduce<BoundsViolations>(executor_, count_, bounds_check(share, nullptr, rest), kGrain);
+  BoundsViolations check_bounds(double share, const Vec3& rest_motion = {}) const {
+    return parallel_reduce<BoundsViolations>(executor_, count_, bounds_check(share, nullptr, rest_motion), kGrain);
   }
   /// Computes the common motion, and checks the swept bounds in a frame that moves with it.
   SelfChecks<R> check_start() const {
@@ -177,8 +184,8 @@ class SelfCollider {
     parallel_reduce_into(executor_, count_, bounds_check(kFit, &checks->common), &checks->stay, kGrain);
     return checks_.get(0);
   }
-  /// Checks the swept bounds and, if all particles are inside, counts the pairs that would intersect (ViolationCount). On
-  /// a device both are computed in one go and read once.
+  /// Checks the swept bounds and, if all particles are inside, counts the pairs that would intersect (ViolationCount).
+  /// On a device both are computed in one go and read once.
   std::pair<BoundsViolations, int> check_end() {
     if constexpr (Memory<Executor>::kOfTheHost) {
       const BoundsViolations stay = check_bounds(within_rounding<R>());
@@ -187,9 +194,10 @@ class SelfCollider {
       SelfChecks<R>* const checks = checks_.data();
       parallel_reduce_into(executor_, count_, bounds_check(within_rounding<R>()), &checks->stay);
       find_violations(can_project_, nullptr);
-      parallel_reduce_into(executor_, search_.units(), SumViolations<R>{search_.pairs(), violations_.data()}, &checks->left);
+      parallel_reduce_into(executor_, search_.clusters(), SumViolations<R>{search_.pairs(), violations_.data()},
+                           &checks->violations);
       const SelfChecks<R> found = checks_.get(0);
-      return {found.stay, found.stay.outside == 0 ? count_resolvable(found.left) : 0};
+      return {found.stay, found.stay.outside == 0 ? count_resolvable(found.violations) : 0};
     }
   }
   /// Broad phase from the present positions, in a frame that moves by `moves` in this substep, `ahead` substeps ahead.
@@ -206,7 +214,8 @@ class SelfCollider {
     memory_.frame_velocity = common(checks.mean);
     if (!memory_.valid || checks.stay.outside > 0) {
       // Look ahead as far as the last broad phase served, or farther if it served to its horizon.
-      memory_.horizon = memory_.age < memory_.horizon ? memory_.age : std::min(2 * memory_.horizon, SearchMemory::kMostAhead);
+      memory_.horizon =
+          memory_.age < memory_.horizon ? memory_.age : std::min(2 * memory_.horizon, SearchMemory::kMostAhead);
       search(memory_.frame_velocity, memory_.horizon);
     } else {
       ++memory_.age;
@@ -275,7 +284,7 @@ class SelfCollider {
   }
 
   int count_pushes() const {
-    return static_cast<int>(parallel_reduce<Sum>(executor_, search_.units(), CountPushes<R>{search_.pairs()}).value);
+    return static_cast<int>(parallel_reduce<Sum>(executor_, search_.clusters(), CountPushes<R>{search_.pairs()}).value);
   }
   /// Caches the count before new contacts replace those that pushed in this substep.
   void cache_contact_count() {
@@ -305,7 +314,8 @@ class SelfCollider {
   /// particles and the constraints strained by them would give these bodies.
   void restore_momenta(const Particles<R>& particles, double h, double object_speed) {
     parallel_for(executor_, runs(),
-                 SumTruncation<R>{particles, x0_.points(), origin(), saved_motion_.data(), 1 / h, runs_.data(), truncation_sums_.data()},
+                 SumTruncation<R>{particles, x0_.points(), origin(), saved_motion_.data(), 1 / h, runs_.data(),
+                                  truncation_sums_.data()},
                  1);
     const std::vector<ParticleRun> runs = runs_.download();
     const std::vector<TruncationSums> sums = truncation_sums_.download();
@@ -322,20 +332,21 @@ class SelfCollider {
     if (correction_ == MomentumCorrection::CapSpeed) {
       const LimitSpeed<R> limit{particles, saved_motion_.data(), runs_.data(), chosen_.data(),
                                 kMaxSpeedRatio * std::max(pins / h, object_speed)};
-      if (limit.most > 0) parallel_for(executor_, this->runs(), limit, 1);
+      if (limit.max_speed > 0) parallel_for(executor_, this->runs(), limit, 1);
       return;
     }
     const RigidCorrection gain = fit_rigid_momentum(all);
     parallel_for(executor_, this->runs(),
                  AddRigidCorrection<R>{particles, x0_.points(), origin(), runs_.data(), chosen_.data(), gain.kept,
-                                 gain.centre, gain.velocity, gain.omega},
+                                       gain.centre, gain.velocity, gain.omega},
                  1);
   }
 
-  /// Mean motion of the bodies with particles that are about to be truncated, m; 0 where it would round them through each
-  /// other, far from the origin.
+  /// Mean motion of the bodies with particles that are about to be truncated, m; 0 where it would round them through
+  /// each other, far from the origin.
   Vec3 motion_of_truncated() {
-    parallel_for(executor_, runs(), SumTruncatedMotion<R>{motions(), states_.data(), runs_.data(), truncated_motions_.data()}, 1);
+    parallel_for(executor_, runs(),
+                 SumTruncatedMotion<R>{motions(), states_.data(), runs_.data(), truncated_motions_.data()}, 1);
     TruncatedMotion all;
     for (const TruncatedMotion& one : truncated_motions_.download())
       all.mean += one.mean, all.farthest = std::max(all.farthest, one.farthest);
@@ -354,20 +365,22 @@ class SelfCollider {
     return count_resolvable(sum_violations());
   }
   void find_violations(bool adds, const MotionState* states) {
-    search_.at_once(FindViolations<R>{motions(), search_.pairs(), rules_, closable_gap_.data(), adds, states, violations_.data()});
+    search_.at_once(
+        FindViolations<R>{motions(), search_.pairs(), rules_, closable_gap_.data(), adds, states, violations_.data()});
   }
   int count_resolvable(const ViolationCount& left) {
     kinematic_penetration_ = kinematic_penetration_ || left.fixed > 0;
     return left.free;
   }
   ViolationCount sum_violations() const {
-    return parallel_reduce<ViolationCount>(executor_, search_.units(), SumViolations<R>{search_.pairs(), violations_.data()});
+    return parallel_reduce<ViolationCount>(executor_, search_.clusters(),
+                                           SumViolations<R>{search_.pairs(), violations_.data()});
   }
 
   /// `left`: pairs that would intersect, if all particles are in their boxes. `owners`: null where nothing is fixed.
   /// `free`: nothing outside the bodies acts on them by contact.
-  void resolve_violations(const Particles<R>& particles, const BoundsViolations& stay, int left, const KinematicOwners* owners,
-                     bool free) {
+  void resolve_violations(const Particles<R>& particles, const BoundsViolations& stay, int left,
+                          const KinematicOwners* owners, bool free) {
     if (stay.outside > 0) clamp_to_bounds(particles), left = count_violations(can_project_, nullptr);
     // Project once a substep: after kinematic pushes and moves more projections hardly ever help.
     for (int more = 0; left > 0 && can_project_ && more < kMoreProjections; ++more) {
@@ -397,7 +410,8 @@ class SelfCollider {
     const MarkPushed<R> mark{motions(), states_.at_least(count_ + 1)};
     if (parallel_reduce<Sum>(executor_, count_, mark, kGrain).value == 0) return false;
     for (; pushes_left_ > 0 && count_violations(false, nullptr) > 0; --pushes_left_) {
-      const PushByKinematic<R> push{motions(), search_.pairs(), rules_, violations_.data(), states_.at_least(count_ + 1)};
+      const PushByKinematic<R> push{motions(), search_.pairs(), rules_, violations_.data(),
+                                    states_.at_least(count_ + 1)};
       search_.region([&](const auto& team) { search_.in_phases(team, push); });
       apply_motion(particles);
     }
@@ -427,27 +441,28 @@ class SelfCollider {
   bool truncate_displacements(const Particles<R>& particles, bool free) {
     MotionState* const states = states_.at_least(count_ + 1);
     R* const fraction = fraction_.at_least(count_ + 1);
-    Vec3 rest{};
+    Vec3 rest_motion{};
     if (free && count_violations(false, states) > 0) {
       const MarkViolating<R> mark{motions(), search_.pairs(), violations_.data(), states, fraction};
       search_.region([&](const auto& team) { search_.in_phases(team, mark); });
-      rest = motion_of_truncated();
+      rest_motion = motion_of_truncated();
       Memory<Executor>::fill(states, count_ + 1, MotionState::Free);
     }
     // A truncated position may lie outside of a box that moves with the common motion. Then search along the paths of
     // this substep.
-    if (check_bounds(within_rounding<R>(), rest).unheld > 0) {
+    if (check_bounds(within_rounding<R>(), rest_motion).outside_if_truncated > 0) {
       cache_contact_count();
-      search(rest, 1);
+      search(rest_motion, 1);
       narrow_phase();
       memory_.valid = 0;
     }
     const int found = count_violations(false, states);
     for (int left = found; left > 0; left = count_violations(false, states)) {
-      const MarkViolating<R> limit{motions(), search_.pairs(), violations_.data(), states, fraction};
-      const ComputeTruncation<R> compute{motions(), search_.pairs(), rules_, states, fraction, to_R(rest)};
-      search_.region([&](const auto& team) { search_.in_phases(team, limit), search_.in_phases(team, compute); });
-      parallel_for(executor_, count_, TruncateDisplacements<R>{motions(), particles.p, fraction, states, to_R(rest)}, kGrain);
+      const MarkViolating<R> mark{motions(), search_.pairs(), violations_.data(), states, fraction};
+      const ComputeTruncation<R> compute{motions(), search_.pairs(), rules_, states, fraction, to_R(rest_motion)};
+      search_.region([&](const auto& team) { search_.in_phases(team, mark), search_.in_phases(team, compute); });
+      parallel_for(executor_, count_,
+                   TruncateDisplacements<R>{motions(), particles.p, fraction, states, to_R(rest_motion)}, kGrain);
     }
     return found > 0;
   }
@@ -475,11 +490,11 @@ class SelfCollider {
   Array<Executor, SelfChecks<R>> checks_{1, SelfChecks<R>{}};
   ScratchBuffer<Executor, MotionState> states_;
   ScratchBuffer<Executor, R> fraction_, nearest_;
-  bool can_project_ = true;                      // whether violations may still be projected in this substep
+  bool can_project_ = true;                         // whether violations may still be projected in this substep
   int pushes_left_ = 0, kinematic_moves_left_ = 0;  // in this substep
   MomentumCorrection correction_ = MomentumCorrection::None;
   ScratchBuffer<Executor, Vec4<R>> saved_motion_;  // see SaveMotion
-  Array<Executor, ParticleRun> runs_;        // this and the following are allocated at the first truncation
+  Array<Executor, ParticleRun> runs_;              // this and the following are allocated at the first truncation
   Array<Executor, TruncationSums> truncation_sums_;
   Array<Executor, TruncatedMotion> truncated_motions_;
   Array<Executor, int> chosen_;
@@ -504,8 +519,8 @@ SelfCollider<Executor, R>::SelfCollider(const Executor& executor, const Model& m
   if (h > kLong) sweeps_ = kLongSweeps;
   takes_part_ = Array<Executor, unsigned char>(surface_.takes_part);
   x0_ = Points4(padded_positions(model.x)), moved_ = Points4(model.x.size() + 1);
-  closable_gap_ = Array<Executor, R>(search_.units(), R(0)),
-  violations_ = Array<Executor, ViolationCount>(search_.units(), ViolationCount{});
+  closable_gap_ = Array<Executor, R>(search_.clusters(), R(0)),
+  violations_ = Array<Executor, ViolationCount>(search_.clusters(), ViolationCount{});
 }
 
 template <class Executor, class R>
@@ -516,8 +531,9 @@ void SelfCollider<Executor, R>::solve_contacts(const Particles<R>& particles) {
 }
 
 template <class Executor, class R>
-bool SelfCollider<Executor, R>::resolve_intersections(const Particles<R>& particles, const std::function<bool()>& has_environment_contacts,
-                                           const KinematicOwners& owners) {
+bool SelfCollider<Executor, R>::resolve_intersections(const Particles<R>& particles,
+                                                      const std::function<bool()>& has_environment_contacts,
+                                                      const KinematicOwners& owners) {
   kinematic_penetration_ = false;
   store_motion(particles);
   auto [stay, left] = check_end();
@@ -562,9 +578,10 @@ SelfStats SelfCollider<Executor, R>::facts() const {
 
 template <class Executor, class R>
 std::size_t SelfCollider<Executor, R>::bytes() const {
-  return takes_part_.bytes() + x0_.bytes() + moved_.bytes() + search_.bytes() + closable_gap_.bytes() + violations_.bytes() +
-         states_.bytes() + fraction_.bytes() + nearest_.bytes() + checks_.bytes() + saved_motion_.bytes() + runs_.bytes() +
-         truncation_sums_.bytes() + truncated_motions_.bytes() + chosen_.bytes();
+  return takes_part_.bytes() + x0_.bytes() + moved_.bytes() + search_.bytes() + closable_gap_.bytes() +
+         violations_.bytes() + states_.bytes() + fraction_.bytes() + nearest_.bytes() + checks_.bytes() +
+         saved_motion_.bytes() + runs_.bytes() + truncation_sums_.bytes() + truncated_motions_.bytes() +
+         chosen_.bytes();
 }
 
 template <class Executor, class R>
