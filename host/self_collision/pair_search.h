@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Broad phase of self-collision: the pairs that may come near in the next substeps, in the executor's memory: found by
-// units, and worked on patch by patch, in phases of patches that share no particle.
+// Broad phase of self-collision in the executor's memory: the pairs that may come near in the next substeps. They are
+// found cluster by cluster, and processed patch by patch, in phases of patches that share no particle.
 #pragma once
 #include <algorithm>
 #include <string>
@@ -16,7 +16,7 @@
 
 namespace malha {
 
-/// Runs a kernel on the groups of a list.
+/// Runs a kernel on the groups of a list of indices.
 template <class Kernel>
 struct IndexedGroups {
   Kernel kernel;
@@ -38,7 +38,7 @@ void note_launch(const IndexedGroups<Kernel>& list, int groups) {
 template <class Executor, class R>
 class PairSearch {
  public:
-  /// `origin`: a place near x, m.
+  /// `origin`: a point near x, m.
   PairSearch(const Executor& executor, const SelfSurface& surface, const std::vector<Vec3>& x, double thickness,
              const BroadPhaseParams<R>& rules, const Vec3& origin = {})
       : executor_(executor), rules_(rules), thickness_(R(thickness)), particles_(static_cast<int>(x.size())) {
@@ -52,16 +52,16 @@ class PairSearch {
     rest_ = Array<Executor, Vec4<R>>(rest);
     from_ = Rows(x.size() + 1, Vec4<R>{}), way_ = Rows(x.size() + 1, Vec4<R>{});
     boxes_ = Array<Executor, Box<R>>(x.size(), Box<R>{});
-    taken_ = Array<Executor, unsigned long long>(x.size() + 1, 0ull);
+    used_phases_ = Array<Executor, unsigned long long>(x.size() + 1, 0ull);
   }
 
-  /// Searches for what the motions from x0 on may bring near, in a frame that moves by `common` in this substep, so
-  /// many substeps ahead.
+  /// Finds the pairs that the motions from x0 may bring near, in a frame that moves by `common` in this substep,
+  /// `ahead` substeps ahead.
   void search(const Trajectories<R>& motions, const Vector3<R>& common, int ahead) {
     parallel_for(executor_, particles_, InitSweptBounds<R>{motions, common, R(ahead), rules_, reach()}, kGrain);
     search_again();
   }
-  /// The same from where the last one started: finds the same.
+  /// Repeats the last search from its stored start; finds the same pairs.
   void search_again() {
     parallel_for(executor_, particles_, ComputeSweptAabbs<R>{reach(), rules_.min_distance, boxes_.data()}, kGrain);
     refit_clusters();
@@ -78,12 +78,12 @@ class PairSearch {
   std::int64_t candidates() const { return candidates_; }
   int phases() const { return static_cast<int>(phase_begin_.size()) - 1; }
 
-  /// Runs work(team) on as many threads as the pairs can keep busy, with many launches over patches in it.
+  /// Runs work(team), which launches many kernels over patches, on as many threads as the pairs can keep busy.
   template <class Work>
   void region(const Work& work) const {
     parallel_region(executor_, width_, work);
   }
-  /// kernel(Group) for every patch with pairs, so that no two patches that share a particle are worked on at once.
+  /// Runs kernel(group) on every patch with pairs, so that no two patches that share a particle are processed at once.
   template <class Team, class Kernel>
   void in_phases(const Team& team, const Kernel& kernel) const {
     for (int phase = 0; phase < phases(); ++phase) in_phase(team, phase, kernel);
@@ -93,20 +93,20 @@ class PairSearch {
     parallel_for_interleaved(team, phase_begin_[phase + 1] - phase_begin_[phase],
                              IndexedGroups<Kernel>{kernel, order_.data() + phase_begin_[phase]});
   }
-  /// The same of all patches at once.
+  /// Runs a kernel on all patches with pairs at once.
   template <class Kernel>
-  void at_once(const Kernel& kernel) const {
+  void for_all_patches(const Kernel& kernel) const {
     parallel_region(executor_, found_ < kPairGrain ? 1 : threads_of(executor_), [&](const auto& team) {
       parallel_for_interleaved(team, phase_begin_.back(), IndexedGroups<Kernel>{kernel, order_.data()});
     });
   }
 
-  /// From now on no search finds pairs both sides of which have a particle where their bodies cross; empty: nowhere.
+  /// Sets where bodies intersect: searches leave out pairs that have such a particle on both sides. Empty: nowhere.
   void exclude(const std::vector<CrossingBodies>& crosses) { crosses_ = Array<Executor, CrossingBodies>(crosses); }
 
   const CrossingBodies* crosses() const { return crosses_.data(); }
 
-  /// From where the last search started, for checkpoints.
+  /// The start of the last search, for checkpoints.
   const Array<Executor, Vec4<R>>& from() const { return from_; }
   const Array<Executor, Vec4<R>>& way() const { return way_; }
   void start_from(const std::vector<Vec4<R>>& from, const std::vector<Vec4<R>>& way) {
@@ -115,8 +115,8 @@ class PairSearch {
 
   std::size_t bytes() const {
     return from_.bytes() + way_.bytes() + rest_.bytes() + boxes_.bytes() + patches_.bytes() + phase_.bytes() +
-           order_.bytes() + bounds_.bytes() + items_.bytes() + wire_edge_.bytes() + taken_.bytes() + places_.bytes() +
-           patch_particles_.bytes() + blocks_.bytes() + bits_.bytes() + crosses_.bytes();
+           order_.bytes() + bounds_.bytes() + items_.bytes() + wire_edge_.bytes() + used_phases_.bytes() +
+           index_memory_.bytes() + patch_particles_.bytes() + blocks_.bytes() + bits_.bytes() + crosses_.bytes();
   }
 
   static constexpr int kGrain = 8192;
@@ -168,10 +168,10 @@ class PairSearch {
     clusters_.node = rows(counts[2 * kItemKinds]);
 
     patches_ = Array<Executor, PairPatch>(plan.clusters, PairPatch{});
-    if (!Memory<Executor>::kOfTheHost) {  // which lists particles where there is room for them alone
+    if (!Memory<Executor>::kOfTheHost) {  // a device lists particles only up to the capacity
       std::vector<PairPatch> patches(plan.clusters);
       for (PairPatch& patch : patches) patch.particle_count = kInitialParticles;
-      make_room(patches);
+      reserve(patches);
     }
     phase_ = Array<Executor, int>(plan.clusters, 0), order_ = Array<Executor, int>(plan.clusters, 0);
   }
@@ -182,21 +182,21 @@ class PairSearch {
       parallel_for(executor_, clusters_.nodes[level], RefitLevel<R>{clusters_, level});
   }
 
-  /// Into the room that the last search needed and a quarter more; where that is too little, again.
+  /// Searches with the capacity that the last search needed and a quarter more, and again where that is too small.
   void find() {
     const int threads = std::clamp(clusters_.count / kClustersPerThread, 1, threads_of(executor_));
     do {
-      places_.make_room(particles_, threads, patch_particles_.size());
+      index_memory_.reserve(particles_, threads, patch_particles_.size());
       const typename PairIndexMemory<Executor>::template Find<R> find{
-          {clusters_, reach(), thickness_, has_wire_edges_, crosses_.data(), pairs()}, places_.places()};
+          {clusters_, reach(), thickness_, has_wire_edges_, crosses_.data(), pairs()}, index_memory_.index_map()};
       parallel_region(executor_, threads, [&](const auto& team) {
-        parallel_for_interleaved(team, clusters_.count, find, places_.template memory<R>());
+        parallel_for_interleaved(team, clusters_.count, find, index_memory_.template memory<R>());
       });
-    } while (!fits());
+    } while (!fits_capacity());
   }
 
-  /// Whether there was room for all; else there is more now.
-  bool fits() {
+  /// Returns true if the capacity was large enough; otherwise enlarges it.
+  bool fits_capacity() {
     std::vector<PairPatch> patches = patches_.download();
     bool fits = true;
     found_ = candidates_ = 0;
@@ -204,24 +204,24 @@ class PairSearch {
       fits = fits && patch.all() <= patch.capacity && patch.particle_count <= patch.particle_capacity;
       found_ += patch.pairs, candidates_ += patch.candidates;
     }
-    if (!fits) make_room(patches);
+    if (!fits) reserve(patches);
     return fits;
   }
-  /// For a quarter more than patches have.
-  void make_room(std::vector<PairPatch>& patches) {
+  /// Reserves capacity for a quarter more than the patches have.
+  void reserve(std::vector<PairPatch>& patches) {
     std::size_t blocks = 0, listed = 0;
     for (PairPatch& patch : patches) {
       patch.begin = static_cast<int>(blocks), patch.particles_begin = static_cast<int>(listed);
       patch.capacity = patch.all() + patch.all() / 4 + 1,
       patch.particle_capacity = patch.particle_count + patch.particle_count / 4 + kPairBlock;
       blocks += patch.capacity, listed += patch.particle_capacity;
-      if (blocks > kMostBlocks)
-        throw OutOfMemory("self-collision: found more than " + std::to_string(kMostBlocks * kPairBlock) +
+      if (blocks > kMaxBlocks)
+        throw OutOfMemory("self-collision: found more than " + std::to_string(kMaxBlocks * kPairBlock) +
                           " pairs that may come near; allowed: fewer; take a smaller thickness, or smaller steps");
     }
     patches_.upload(patches);
     if (blocks > bits_.size()) {
-      if (bits_.size() > 0) blocks += blocks / 4;  // it has grown before, and may again in a jam
+      if (bits_.size() > 0) blocks += blocks / 4;  // it has grown before, and may grow again in a jam
       blocks_ = {}, bits_ = {};
       blocks_ = Array<Executor, ContactBlock<R>>(blocks), bits_ = Array<Executor, PairBits>(blocks);
     }
@@ -229,8 +229,9 @@ class PairSearch {
   }
 
   void order() {
-    parallel_for(executor_, 1,
-                 ColorPatches{patches_.data(), patch_particles_.data(), clusters_.count, taken_.data(), phase_.data()});
+    parallel_for(
+        executor_, 1,
+        ColorPatches{patches_.data(), patch_particles_.data(), clusters_.count, used_phases_.data(), phase_.data()});
     const std::vector<int> phase = phase_.download();
     std::vector<int> order;
     for (int u = 0; u < clusters_.count; ++u)
@@ -246,10 +247,10 @@ class PairSearch {
     width_ = found_ < kPairGrain ? 1 : std::max(1, patches / std::max(1, 2 * phases()));
   }
 
-  static constexpr int kClusterGrain = 16, kClustersPerThread = 2;  // to box, and to find the pairs of
+  static constexpr int kClusterGrain = 16, kClustersPerThread = 2;  // for refitting, and for finding pairs
   static constexpr std::int64_t kPairGrain = 8'000;                 // a hundred microseconds of work
-  static constexpr int kInitialParticles = 256;                     // particles of a unit, before more were found
-  static constexpr std::size_t kMostBlocks = 2147483647 / kPairBlock;
+  static constexpr int kInitialParticles = 256;                     // particle capacity of a cluster at first
+  static constexpr std::size_t kMaxBlocks = 2147483647 / kPairBlock;
 
   Executor executor_;
   BroadPhaseParams<R> rules_;
@@ -262,8 +263,8 @@ class PairSearch {
   Array<Executor, R> bounds_;
   Rows rest_, from_, way_;
   Array<Executor, Box<R>> boxes_;
-  Array<Executor, unsigned long long> taken_;
-  PairIndexMemory<Executor> places_;
+  Array<Executor, unsigned long long> used_phases_;
+  PairIndexMemory<Executor> index_memory_;
   Array<Executor, PairPatch> patches_;
   Array<Executor, int> phase_, order_, patch_particles_;
   Array<Executor, ContactBlock<R>> blocks_;

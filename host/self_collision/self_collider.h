@@ -215,7 +215,7 @@ class SelfCollider {
     if (!memory_.valid || checks.stay.outside > 0) {
       // Look ahead as far as the last broad phase served, or farther if it served to its horizon.
       memory_.horizon =
-          memory_.age < memory_.horizon ? memory_.age : std::min(2 * memory_.horizon, SearchMemory::kMostAhead);
+          memory_.age < memory_.horizon ? memory_.age : std::min(2 * memory_.horizon, SearchMemory::kMaxAhead);
       search(memory_.frame_velocity, memory_.horizon);
     } else {
       ++memory_.age;
@@ -251,11 +251,11 @@ class SelfCollider {
   void narrow_phase() {
     if (overlaps_) grow_contact_distances();
     const NarrowPhase<R> narrow_phase{motions(), search_.pairs(), rules_, closable_gap_.data()};
-    search_.at_once(narrow_phase);
+    search_.for_all_patches(narrow_phase);
   }
   void project_contacts(const Particles<R>& particles) {
-    const auto solve = [&]<bool rubs>() {
-      const SolveContacts<R, rubs> push{search_.pairs(), moved_.points().of, friction_};
+    const auto solve = [&]<bool kFriction>() {
+      const SolveContacts<R, kFriction> push{search_.pairs(), moved_.points().of, friction_};
       search_.region([&](const auto& team) {
         for (int sweep = 0; sweep < sweeps_; ++sweep) search_.in_phases(team, push);
       });
@@ -365,7 +365,7 @@ class SelfCollider {
     return count_resolvable(sum_violations());
   }
   void find_violations(bool adds, const MotionState* states) {
-    search_.at_once(
+    search_.for_all_patches(
         FindViolations<R>{motions(), search_.pairs(), rules_, closable_gap_.data(), adds, states, violations_.data()});
   }
   int count_resolvable(const ViolationCount& left) {

@@ -117,7 +117,7 @@ inline void check_search(const SearchMemory& search, const std::string& file) {
     if (count < least || count > most)
       refuse(file, what, std::to_string(count), std::to_string(least) + " to " + std::to_string(most));
   };
-  constexpr int most = SearchMemory::kMostAhead;
+  constexpr int most = SearchMemory::kMaxAhead;
   check("search that serves", search.valid, 0, 1), check("bodies that cross", search.crosses, 0, 1);
   check("substeps ahead of a search", search.horizon, 1, most);
   check("substeps of a search", search.age, 1, std::numeric_limits<int>::max());
@@ -138,7 +138,7 @@ inline void check_contacts(const ContactMemory& seen, std::int64_t pairs, std::i
   for (const GroupBox& box : seen.boxes) {
     const Vector3<float>& half = box.half;
     require_numbers(box.has_entries() || (is_place(box.centre) && is_place(half) && half.x >= 0 && half.y >= 0 &&
-                                         half.z >= 0 && !std::isnan(box.distance)));
+                                          half.z >= 0 && !std::isnan(box.distance)));
   }
   for (const CacheEntry& a : seen.places) require_numbers(is_place(a));
   std::int64_t least = 0;
