@@ -96,7 +96,7 @@ ClosestPoint Surface::closest(const Point& a, double radius, int known_near) con
   queries_->fetch_add(1, std::memory_order_relaxed);
   if (nearest < 0) return {};
   const Triangle& c = triangles_[nearest];
-  return view_.of_feature(
+  return view_.closest_point_on(
       view_.feature({nearest, least, nearest_on_triangle(p, point(c[0]), point(c[1]), point(c[2]))}), a);
 }
 

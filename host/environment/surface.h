@@ -36,18 +36,18 @@ class Surface {
 
   /// Makes the cell of a where that is worth it, from any thread; 0: none is made.
   int make_cell(const Point& a) const {
-    const OctreeKey path = path_to(view_.cells, view_.relative_to_centre(a));
-    return path.inside && cells_->make(path) ? find_leaf(view_.cells, path) : 0;
+    const OctreeKey key = octree_key(view_.cells, view_.relative_to_centre(a));
+    return key.inside && cells_->make(key) ? find_leaf(view_.cells, key) : 0;
   }
   /// A lower bound of the distance of a: of a grid over the mesh's box, below 0 where that says nothing.
-  double least_distance(const Point& a) const {
+  double distance_lower_bound(const Point& a) const {
     const double known = view_.known_lower_bound(a);
     if (known >= 0) return known;
-    const OctreeKey path = path_to(view_.cells, view_.relative_to_centre(a));
-    return path.inside && cells_->measure(path) ? view_.known_lower_bound(a) : known;
+    const OctreeKey key = octree_key(view_.cells, view_.relative_to_centre(a));
+    return key.inside && cells_->measure(key) ? view_.known_lower_bound(a) : known;
   }
-  bool tidy() {
-    if (!cells_->tidy()) return false;
+  bool reset_if_full() {
+    if (!cells_->reset_if_full()) return false;
     view_.cells = cells_->mesh();
     return true;
   }

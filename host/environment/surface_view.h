@@ -18,7 +18,7 @@ struct ClosestPoint {
 };
 
 struct SurfaceView {
-  OctreeView cells;                              // and its corners and triangles
+  OctreeView cells;                            // and its corners and triangles
   const Point *face_normals, *corner_normals;  // unit
   const Point (*edge_normals)[3];              // unit; edge k joins corners k and k + 1
   const bool (*rim_edges)[3];
@@ -31,11 +31,11 @@ struct SurfaceView {
 
   /// The cell that answers for a, kept in `cell` from one look to the next; 0: none does.
   KERNEL int cell_of(const Point& a, int cell) const {
-    const OctreeKey path = path_to(cells, a - centre);
-    if (!path.inside) return 0;
-    if (cell > 0 && holds(cells.cells[cell], path)) return cell;
-    const int found = find_leaf(cells, path);
-    return found > 0 && cells.cells[found].count <= kMostListed ? found : 0;
+    const OctreeKey key = octree_key(cells, a - centre);
+    if (!key.inside) return 0;
+    if (cell > 0 && contains(cells.cells[cell], key)) return cell;
+    const int found = find_leaf(cells, key);
+    return found > 0 && cells.cells[found].count <= kMaxListLength ? found : 0;
   }
   /// Ask for what comes next ahead of its use.
   KERNEL void prefetch_cell(int cell) const { prefetch(cells.cells + cell); }
@@ -46,12 +46,12 @@ struct SurfaceView {
   /// The nearest triangle to a by a cell of it, compiled for an instruction set.
   template <class Isa>
   KERNEL ClosestTriangle nearest(const Point& a, int cell) const {
-    return nearest_listed<Isa>(cells, cells.cells[cell], a - centre);
+    return closest_in_list<Isa>(cells, cells.cells[cell], a - centre);
   }
   /// What the whole mesh would answer of a, by its nearest triangle.
   KERNEL ClosestPoint within(double radius, const ClosestTriangle& near, const Point& a) const {
     if (!(near.distance < radius) || near.triangle < 0) return {};
-    return of_feature(feature(near), a);
+    return closest_point_on(feature(near), a);
   }
 
   /// What is nearest on it. On faces of needles, whose normals are rounded too much, it is the point that was found.
@@ -75,7 +75,7 @@ struct SurfaceView {
     return f;
   }
   /// The same of every point whose nearest feature it is.
-  KERNEL ClosestPoint of_feature(const ClosestFeature& f, const Point& a) const {
+  KERNEL ClosestPoint closest_point_on(const ClosestFeature& f, const Point& a) const {
     const Point p = a - centre, q = f.nearest(p), d = p - q;
     return {true, f.triangle, sqrt(dot(d, d)), q + centre, f.normal, f.boundary};
   }
@@ -88,8 +88,8 @@ struct SurfaceView {
   /// Another one, of the grid over that box, as far as it is known; below 0 where that says nothing.
   KERNEL double known_lower_bound(const Point& a) const {
     const Point p = a - centre;
-    const OctreeKey path = path_to(cells, p);
-    return path.inside ? malha::least_distance(cells, path, p) : -1;
+    const OctreeKey key = octree_key(cells, p);
+    return key.inside ? malha::distance_lower_bound(cells, key, p) : -1;
   }
 };
 

@@ -68,13 +68,14 @@ struct TriangleOctree::Candidate {
 };
 
 TriangleOctree::TriangleOctree(const TriangleScene& scene, ReadableVector<Vec4<double>>& corners,
-                     const ReadableVector<std::array<int, 3>>& triangles, const Vector3<double>& half, double skin)
+                               const ReadableVector<std::array<int, 3>>& triangles, const Vector3<double>& half,
+                               double skin)
     : scene_(scene), skin_(skin), cells_(nullptr, nullptr), lists_(nullptr, nullptr) {
   const double size = norm(half);
   rounding_ = 1e-11 * size;
   mesh_.corners = corners.data(), mesh_.triangles = reinterpret_cast<const int(*)[3]>(triangles.data());
   mesh_.half = 1.2 * std::max({half.x, half.y, half.z});
-  mesh_.per_cell = (1 << kDeepest) / (2 * mesh_.half);
+  mesh_.per_cell = (1 << kMaxDepth) / (2 * mesh_.half);
   double edges = 0;
   for (const auto& t : triangles) {
     const Vector3<double> a = corners[t[0]].xyz(), ab = corners[t[1]].xyz() - a, ac = corners[t[2]].xyz() - a;
@@ -88,7 +89,8 @@ TriangleOctree::TriangleOctree(const TriangleScene& scene, ReadableVector<Vec4<d
   const auto count = static_cast<long>(triangles.size());
   mesh_.leaf = count <= kSmallMesh ? kShortList : kLeafList;
   const double side = kSideInEdges * edges / static_cast<double>(count);
-  while (count > kMostListed && mesh_.start < kFinestGrid && 2 * mesh_.half > side * (1 << mesh_.start)) ++mesh_.start;
+  while (count > kMaxListLength && mesh_.start < kFinestGrid && 2 * mesh_.half > side * (1 << mesh_.start))
+    ++mesh_.start;
   mesh_.side = 2 * mesh_.half / (1 << mesh_.start);
   most_cells_ = static_cast<int>(std::min(4096 + count, 1L << 28));
   most_listed_ = static_cast<int>(std::min(65536 + 32 * count, 1L << 30));
@@ -104,18 +106,18 @@ void TriangleOctree::clear() {
   cells_used_ = 1, listed_ = 0, full_ = false;
 }
 
-bool TriangleOctree::tidy() {
+bool TriangleOctree::reset_if_full() {
   if (!full_) return false;
   clear();
   return true;
 }
 
 bool TriangleOctree::measure(const OctreeKey& path) {
-  GridCell& cell = grid_[place_in_grid(mesh_, path)];
+  GridCell& cell = grid_[grid_index(mesh_, path)];
   float known;
   __atomic_load(&cell.distance, &known, __ATOMIC_RELAXED);
   if (known > 0) return false;
-  const Vector3<double> p = centre_in_grid(mesh_, path);
+  const Vector3<double> p = grid_cell_centre(mesh_, path);
   double nearest = 8 * mesh_.half;
   const double slack = skin_ + 1e-6 * norm(p);
   point_query(scene_, {float(p.x), float(p.y), float(p.z)}, float(nearest + slack), [&](int t) {
@@ -129,8 +131,8 @@ bool TriangleOctree::measure(const OctreeKey& path) {
 
 bool TriangleOctree::make(const OctreeKey& path) try {
   if (full_) return false;
-  Cube cube{centre_in_grid(mesh_, path), mesh_.side / 2};
-  int* link = &grid_[place_in_grid(mesh_, path)].cell;
+  Cube cube{grid_cell_centre(mesh_, path), mesh_.side / 2};
+  int* link = &grid_[grid_index(mesh_, path)].cell;
   for (int parent = 0;;) {
     int at = published(*link);
     if (at == 0) {
@@ -140,8 +142,8 @@ bool TriangleOctree::make(const OctreeKey& path) try {
       if (__atomic_compare_exchange_n(link, &at, made, false, __ATOMIC_ACQ_REL, __ATOMIC_ACQUIRE)) at = made;
     }
     OctreeNode& cell = cells_[at];
-    if (is_leaf(mesh_, cell)) return cell.count <= kMostListed;
-    const int part = path.part(cell.depth);
+    if (is_leaf(mesh_, cell)) return cell.count <= kMaxListLength;
+    const int part = path.child_index(cell.depth);
     cube = cube.part(part), link = &cell.child[part], parent = at;
   }
 } catch (const std::bad_alloc&) {
@@ -193,7 +195,7 @@ int TriangleOctree::make(int parent, const Cube& cube, const OctreeKey& path) {
   std::vector<Found> found(count + kWide);
   const Vector3<S> p{S(cube.centre.x), S(cube.centre.y), S(cube.centre.z)};
   for (int k = 0; k < count; k += kWide) {
-    const Vector3<S> d = p - nearest_of_listed(mesh_, p, list + k, count - k).q;
+    const Vector3<S> d = p - closest_points_on(mesh_, p, list + k, count - k).q;
     const S distance = sqrt(dot(d, d));
     for (int l = 0; l < kWide; ++l) found[k + l] = {lane(distance, l), {lane(d.x, l), lane(d.y, l), lane(d.z, l)}};
   }
@@ -244,7 +246,7 @@ int TriangleOctree::make(int parent, const Cube& cube, const OctreeKey& path) {
     lists_[first + k] = all[k].triangle;
     error = std::max(error, margin(all[k].triangle));
   }
-  const int bits = kDeepest - depth;
+  const int bits = kMaxDepth - depth;
   return add({{},
               int(first),
               int(listed),

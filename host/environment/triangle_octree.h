@@ -19,26 +19,26 @@ class TriangleOctree {
   /// All outlive this. `half`: of the box around the mesh, whose centre is the origin (m); `skin`: by how much Embree's
   /// distances may be off (m).
   TriangleOctree(const TriangleScene& scene, ReadableVector<Vec4<double>>& corners,
-            const ReadableVector<std::array<int, 3>>& triangles, const Vector3<double>& half, double skin);
+                 const ReadableVector<std::array<int, 3>>& triangles, const Vector3<double>& half, double skin);
 
   const OctreeView& mesh() const { return mesh_; }
 
   /// Makes the cells down to the last one at a place; from any thread. False where there is no list: too many triangles
   /// are equally near, or memory for cells is used up.
-  bool make(const OctreeKey& path);
+  bool make(const OctreeKey& key);
 
   /// Makes the distance of a cell of the grid known, from any thread. False: it was.
-  bool measure(const OctreeKey& path);
+  bool measure(const OctreeKey& key);
 
   /// From one thread, between looks: starts anew when memory for cells is used up. True: no cell is what it was.
-  bool tidy();
+  bool reset_if_full();
 
   std::size_t bytes() const;
 
  private:
   struct Candidate;
   struct Cube;
-  int make(int parent, const Cube& cube, const OctreeKey& path);
+  int make(int parent, const Cube& cube, const OctreeKey& key);
   double distance(const Vector3<double>& p, int triangle) const;
   std::vector<int> near(const Cube& cube) const;
   int add(const OctreeNode& cell);

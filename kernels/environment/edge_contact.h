@@ -48,12 +48,12 @@ struct MoveLocal {
 /// Of what edges hold in this substep, where bodies collide with themselves: nothing else may move it.
 template <class R>
 struct KinematicMarks {
-  R* w = nullptr;            // 1/kg, then 0; none: nothing else will try
-  KinematicOwner* by = nullptr;     // of each particle
+  R* w = nullptr;                    // 1/kg, then 0; none: nothing else will try
+  KinematicOwner* owner = nullptr;   // of each particle
   KinematicOwner number = kNoOwner;  // of these edges
   KERNEL bool any() const { return w != nullptr; }
   KERNEL void note(int i) const {
-    if (any()) w[i] = R(0), by[i] = number;
+    if (any()) w[i] = R(0), owner[i] = number;
   }
 };
 

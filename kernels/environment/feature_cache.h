@@ -17,7 +17,7 @@ struct ClosestFeature {
   enum Kind : signed char { Corner, Edge, Face, Point } kind = Point;  // the last: known of one place alone
   bool boundary = false;
 
-  KERNEL bool holds(const Vector3<double>& p) const {
+  KERNEL bool is_valid_at(const Vector3<double>& p) const {
     const Vector3<double> way = p - at;
     return radius > 0 && dot(way, way) < radius * radius;
   }
@@ -33,7 +33,8 @@ struct ClosestFeature {
 class FeatureValidityRadius {
  public:
   /// `error`: m, at most, of a computed distance.
-  KERNEL FeatureValidityRadius(const OctreeView& mesh, const Vector3<double>& p, const ClosestTriangle& near, double error)
+  KERNEL FeatureValidityRadius(const OctreeView& mesh, const Vector3<double>& p, const ClosestTriangle& near,
+                               double error)
       : mesh_(mesh), p_(p), near_(near), error_(error), corners_(mesh.triangles[near.triangle]) {}
 
   /// How far (m) the point may go while the feature is not farther than triangle t, and is where t is nearest if it is

@@ -14,9 +14,9 @@ class PointTriangleBatch {
 
   KERNEL PointTriangleBatch(const OctreeView& mesh) : mesh_(mesh) {}
 
-  KERNEL bool has_room(int listed) const { return points_ < kPoints && pairs_ + listed <= kPairs; }
+  KERNEL bool has_capacity(int listed) const { return points_ < kPoints && pairs_ + listed <= kPairs; }
 
-  /// `list`: at most kMostListed triangles, ascending.
+  /// `list`: at most kMaxListLength triangles, ascending.
   KERNEL void add(const Vector3<double>& p, const int* list, int count) {
     place_[points_] = {p.x, p.y, p.z, 0};
     first_[points_] = pairs_;
@@ -40,7 +40,7 @@ class PointTriangleBatch {
       Vector3<S> p;
       S w;
       gather_rows(place_, point_ + k, p, w);
-      const NearestPoint<S> near = nearest_of_listed(mesh_, p, triangle_ + k, lanes);
+      const NearestPoint<S> near = closest_points_on(mesh_, p, triangle_ + k, lanes);
       const Vector3<S> d = p - near.q;
       store(dot(d, d), d2_ + k), store(near.q.x, x_ + k), store(near.q.y, y_ + k), store(near.q.z, z_ + k);
       store(near.feature, feature_ + k);
@@ -49,12 +49,12 @@ class PointTriangleBatch {
 
   /// Of the point that was added as the `which`th: of several triangles that are equally near the lowest.
   KERNEL ClosestTriangle nearest(int which) const {
-    return nearest_of(triangle_, d2_, x_, y_, z_, feature_, first_[which], first_[which + 1], least_of(which));
+    return closest_of(triangle_, d2_, x_, y_, z_, feature_, first_[which], first_[which + 1], least_of(which));
   }
 
   /// How far (m) a point may go from this one, and its nearest feature is still the same; below 0: not at all. `wall`:
   /// how far the list holds; `error`: of a computed distance.
-  KERNEL double holds_within(int which, const ClosestTriangle& near, double wall, double error) const {
+  KERNEL double validity_radius(int which, const ClosestTriangle& near, double wall, double error) const {
     const FeatureValidityRadius holds(mesh_, place_[which].xyz(), near, error);
     double radius = wall - error;
     for (int k = first_[which]; k < first_[which + 1] && radius > 0; ++k) {

@@ -159,7 +159,7 @@ struct ComputeSweptAabbs {
 /// Greedy colouring: patches that share a particle get different phases, so that they are never processed at once. One
 /// item; it runs on the host because one thread of a device would take longer than the transfers.
 struct ColorPatches {
-  using AsksTheHost = void;
+  using RunsOnHost = void;
   const PairPatch* patches;
   const int* patch_particles;
   int count;

@@ -50,8 +50,8 @@ class ContactBench {
   const EnvironmentCollider<Executor, R>& collider() const { return collider_; }
   /// What is remembered of a particle that is near.
   ProximityRecord& near(int i) {
-    const ContactCacheView<R> nearby = collider_.nearby(0);
-    return nearby.near[nearby.slot(i)];
+    const ContactCacheView<R> cache = collider_.cache(0);
+    return cache.near[cache.slot(i)];
   }
   void forget() { collider_.restore_state({}); }
 

@@ -145,9 +145,9 @@ TEST(Contact, OfWhatComesAgainAsItCameStays) {
   };
   // A look finds its triangle, which is one of the floor's.
   const auto is_looked_at = [&](int i) {
-    bench.near(i).seen.triangle = -7;
+    bench.near(i).record.triangle = -7;
     fall(1);
-    return bench.near(i).seen.triangle != -7;
+    return bench.near(i).record.triangle != -7;
   };
   fall(10);
   EXPECT_FALSE(is_looked_at(0)) << "it lies";

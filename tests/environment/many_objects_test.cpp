@@ -34,7 +34,7 @@ TEST(ManyObjects, AStateHoldsOnlyWhatIsNear) {
     return simulation.save_state().size();
   };
   // Of the 58 that are far: a box for each word of 64 of the 41 x 41 particles, where each pair took 64 bytes.
-  EXPECT_EQ(bytes(60) - bytes(2), 58 * words_of(41 * 41) * sizeof(GroupBox));
+  EXPECT_EQ(bytes(60) - bytes(2), 58 * groups_of(41 * 41) * sizeof(GroupBox));
 }
 
 /// A box for each word of 64 particles, and where it lies: 32 bytes an object and word, where each pair took 20 bytes.
@@ -45,7 +45,7 @@ TEST(ManyObjects, TakeMemoryForWhatIsNearAlone) {
     return simulation.solver().facts().contact->far_bytes;
   };
   const std::size_t two = bytes(2), all = bytes(60), handed = 16;  // bytes of an object's own numbers
-  EXPECT_LE(all - two, 58 * (words_of(41 * 41) * (sizeof(GroupBox) + sizeof(int)) + handed));
+  EXPECT_LE(all - two, 58 * (groups_of(41 * 41) * (sizeof(GroupBox) + sizeof(int)) + handed));
   EXPECT_LT(all - two, 58 * 41 * 41) << "not a byte a pair";
 }
 

@@ -85,12 +85,13 @@ bool expect_feature_as_all_triangles(const Surface& surface, const Point& p, int
   const ClosestTriangle near = pairs.nearest(0);
   ClosestFeature feature = surface.view().feature(near);
   const auto error = static_cast<double>(of.error);
-  feature.at = local, feature.radius = pairs.holds_within(0, near, distance_to_cell_boundary(mesh, of, local), error);
+  feature.at = local,
+  feature.radius = pairs.validity_radius(0, near, distance_to_cell_boundary(mesh, of, local), error);
   if (feature.kind == ClosestFeature::Point || !(feature.radius > 0)) return false;
   const Point way = random.in_cube(1), at = p + way * (0.999 * feature.radius / std::sqrt(dot(way, way)));
-  if (!feature.holds(surface.view().relative_to_centre(at))) return false;  // smaller than a rounding
+  if (!feature.is_valid_at(surface.view().relative_to_centre(at))) return false;  // smaller than a rounding
   const ClosestPoint all = surface.closest(at, 4 * surface.diagonal());
-  ClosestPoint found = surface.view().of_feature(feature, at);
+  ClosestPoint found = surface.view().closest_point_on(feature, at);
   found.triangle = all.triangle;  // any that the feature is part of
   expect_same(found, all, i);
   return true;
@@ -105,7 +106,7 @@ Compared expect_as_all_triangles(const Mesh& mesh, int points, unsigned seed) {
   const double size = surface.diagonal();
   Point p{};
   for (int i = 0; i < points; ++i) {
-    surface.tidy();  // or lists end with their memory
+    surface.reset_if_full();  // or lists end with their memory
     const Vec3& corner = mesh.points[random.below(static_cast<int>(mesh.points.size()))];
     const Point on{corner[0], corner[1], corner[2]};
     // At corners, near them, along ways past them, and anywhere.
@@ -115,7 +116,7 @@ Compared expect_as_all_triangles(const Mesh& mesh, int points, unsigned seed) {
                      : p + random.in_cube(1e-3 * size);
     const double radius = i % 2 == 0 ? 4 * size : random(0, 0.1 * size);
     const ClosestPoint all = surface.closest(p, radius);
-    const double least = surface.least_distance(p);
+    const double least = surface.distance_lower_bound(p);
     if (all.found) {
       EXPECT_LE(least, all.distance);
     }
@@ -227,7 +228,7 @@ TEST(TriangleOctree, AFeatureHoldsForALargePartOfTheWayToTheNext) {
   PointTriangleBatch<NativeIsa> pairs(mesh);
   pairs.add(grid.view().relative_to_centre(p), mesh.lists + of.first, of.count);
   pairs.measure();
-  const double holds = pairs.holds_within(0, pairs.nearest(0), INFINITY, static_cast<double>(of.error));
+  const double holds = pairs.validity_radius(0, pairs.nearest(0), INFINITY, static_cast<double>(of.error));
   EXPECT_GT(holds, 0.4 * way);
   EXPECT_LE(holds, way);
 }
@@ -247,7 +248,7 @@ TEST(TriangleOctree, StartAnewWhenTheirMemoryIsUsedUp) {
   bool began_anew = false;
   for (int i = 0; i < 200'000 && !began_anew; ++i) {
     ball.make_cell(random.in_cube(1.1));
-    began_anew = ball.tidy();
+    began_anew = ball.reset_if_full();
   }
   EXPECT_TRUE(began_anew);
   const Point p{0.7, 0.6, 0.5};

@@ -121,7 +121,7 @@ TEST(MadeUpCheckpoint, OfATriangleThatTheMeshLacksIsRefused) {
   ASSERT_GT(pairs, 0u);
   for (std::size_t k = 0; k < pairs; ++k)
     for (const std::int64_t triangle : kBeyond)
-      EXPECT_TRUE(has(made.refusal(made.with(seen + k * sizeof(PairRecord) + offsetof(PairRecord, seen) +
+      EXPECT_TRUE(has(made.refusal(made.with(seen + k * sizeof(PairRecord) + offsetof(PairRecord, record) +
                                                  offsetof(ClosestPointRecord, triangle),
                                              triangle)),
                       "contacts: found triangle " + std::to_string(triangle) + "; allowed: -1 to 79"));
@@ -170,7 +170,7 @@ TEST(MadeUpCheckpoint, WithoutFiniteNumbersIsRefused) {
     EXPECT_TRUE(has(made.refusal(made.with(distances, bad)), "contact distance: found " + shown(bad)));
     EXPECT_EQ(has(made.refusal(made.with(of.places, bad)), "contacts: found places that are no numbers"),
               !std::isfinite(bad));
-    EXPECT_EQ(has(made.refusal(made.with(seen + offsetof(PairRecord, seen), double(bad))),
+    EXPECT_EQ(has(made.refusal(made.with(seen + offsetof(PairRecord, record), double(bad))),
                   "contacts: found places that are no numbers"),
               !std::isfinite(bad));
   }
