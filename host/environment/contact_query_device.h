@@ -29,8 +29,8 @@ struct QueryMasks {
   unsigned long long* pending;             // to be queried at this mesh; cleared when answered
   const unsigned long long* left_to_host;  // left to the host at the mesh before: it may still move them, and queries
                                            // them here too; null: this is the first mesh
-  const unsigned long long* single_mesh;  // to be queried at one mesh alone
-  unsigned long long* lifted;             // moved at an earlier mesh, so that later meshes are queried too
+  const unsigned long long* single_mesh;   // to be queried at one mesh alone
+  unsigned long long* lifted;              // moved at an earlier mesh, so that later meshes are queried too
 };
 
 /// Finds the particles of a group that are queried at one mesh alone, and clears `lifted`.
@@ -146,7 +146,7 @@ struct QueryOctree : ContactQuery<R> {
     double radius = wall - error;
     for (int k = cell.first; k < cell.first + cell.count && radius > 0; ++k) {
       const Point q = closest_points_on(mesh, p, mesh.lists + k, 1).q, d = p - q;
-      const double margin = validity.of(mesh.lists[k], q, dot(d, d), radius);
+      const double margin = validity.radius_for(mesh.lists[k], q, dot(d, d), radius);
       if (!(margin >= radius)) radius = margin > 0 ? margin : -1;
     }
     return radius;
