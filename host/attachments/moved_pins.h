@@ -65,7 +65,7 @@ class KinematicPins {
 
   /// Pins or releases particles as at a substep that starts at `time`: for the start of a run, and after a state is
   /// restored.
-  void hold(double time, R* w) {
+  void set_pinned(double time, R* w) {
     for (Set& set : sets_) {
       if (!set.release_time) continue;
       set.released = is_over(set.release_time, time, substep_);
@@ -74,7 +74,7 @@ class KinematicPins {
   }
 
   /// Releases pins and moves the others at the start of a substep.
-  void place(const Particles<R>& all, R* w, double start, double end) {
+  void move(const Particles<R>& all, R* w, double start, double end) {
     for (Set& set : sets_) {
       if (!set.released && is_over(set.release_time, start, substep_)) set.released = true, set_inverse_mass(set, w);
       if (set.released || !set.target.moves()) continue;

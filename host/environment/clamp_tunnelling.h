@@ -138,7 +138,7 @@ struct MarkMovedParticles {
   KERNEL Sum operator()(int i) const {
     const Vector3<R> displacement = particles.p.d[i];
     if (same(displacement, before[i])) return {};
-    if (!marks.any()) return {1.0};
+    if (!marks.is_enabled()) return {1.0};
     KinematicOwner owner = 0;
     while (owner < meshes && !same(displacement, rigid_displacement(motion[owner], particles.x[i]))) ++owner;
     marks.w[i] = R(0), marks.owner[i] = owner < meshes ? marks.number + owner : kNoOwner;

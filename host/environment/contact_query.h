@@ -129,8 +129,8 @@ struct ContactQuery {
   /// The distance that a particle must keep, m; negative inside.
   KERNEL double required_distance(const ClosestPointRecord& last) const { return thickness - last.overlap; }
 
-  /// Stores what the query found at the nearest point. `depenetrate(look, q, n, last)` moves a particle that starts too
-  /// near out to its least distance, if it can; `sweep(i, outward)` follows a path that goes far.
+  /// Stores what the query found at the nearest point. `depenetrate(query, q, n, last)` moves a particle that starts
+  /// too near out to its least distance, if it can; `sweep(i, outward)` follows a path that goes far.
   template <class Depenetrate, class Sweep>
   KERNEL void finish(const Query& query, const ClosestPoint& near, const Point& outward, const Depenetrate& depenetrate,
                      const Sweep& sweep) const {
@@ -158,7 +158,7 @@ struct ContactQuery {
   }
 
   /// Returns true if nothing of the same mesh lies between a particle and its least distance: the ball around it that
-  /// touches the nearest point holds nothing else, but for rounding.
+  /// touches the nearest point contains no other surface, up to rounding.
   KERNEL bool is_unobstructed(const ClosestPointRecord& last) const {
     return !(required_distance(last) - last.distance > 0.99 * last.distance);
   }

@@ -172,10 +172,10 @@ class EdgeGroup {
   static constexpr int kGrain = ContactList<Executor, R>::kGrain;
   static constexpr int kMoreProjections = 8;
   static constexpr double kMinDistance =
-      0.5;  // minimum distance, in thicknesses: faces keep bodies at a whole one, so that smooth surfaces need no edges
+      0.5;  // of the thickness; faces keep a whole one, so smooth parts need no edges
   static constexpr double kMargin =
-      0.25;  // of the thickness: constraints may move particles this far past the prediction
-  static constexpr double kSlack = 0.12;                 // of the thickness: margin of the search for candidates
+      0.25;                               // of the thickness: constraints may move particles as far past the prediction
+  static constexpr double kSlack = 0.12;  // of the thickness: margin of the search for candidates
   static constexpr double kLookAhead = 8;                // substeps of motion that the search looks ahead
   static constexpr R kDiagonal = R(1.7320508075688772);  // of a cube of side 1
   static constexpr double kLeastGap = 0.01;              // of the thickness

@@ -335,10 +335,10 @@ class SelfCollider {
       if (limit.max_speed > 0) parallel_for(executor_, this->runs(), limit, 1);
       return;
     }
-    const RigidCorrection gain = fit_rigid_momentum(all);
+    const RigidCorrection correction = fit_rigid_momentum(all);
     parallel_for(executor_, this->runs(),
-                 AddRigidCorrection<R>{particles, x0_.points(), origin(), runs_.data(), chosen_.data(), gain.kept,
-                                       gain.centre, gain.velocity, gain.omega},
+                 AddRigidCorrection<R>{particles, x0_.points(), origin(), runs_.data(), chosen_.data(), correction.kept,
+                                       correction.centre, correction.velocity, correction.omega},
                  1);
   }
 

@@ -109,7 +109,8 @@ class Desbrun final : public TimeStepper<Executor, R> {
   void take_net_motion(Corrector corrector) {
     const Particles<R> all = this->particles();
     for (const SystemBlock& body : free_blocks_)
-      filter_corrector_->correct({all.x, acceleration_.points(), all.w, members_.data() + body.first}, body.count, corrector);
+      filter_corrector_->correct({all.x, acceleration_.points(), all.w, members_.data() + body.first}, body.count,
+                                 corrector);
   }
 
   /// Pressure pushes as XPBD does, but in the filter's metric, along S grad C instead of M^-1 grad C: this solves the

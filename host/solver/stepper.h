@@ -84,7 +84,7 @@ class TimeStepper : public Solver {
     if constexpr (kCarries<R>) low_.upload(saved.low);
     if (handles_) handles_->release_all(w_.data());
     exclude_from_momentum_correction();
-    if (moved_) moved_->hold(time(), w_.data());
+    if (moved_) moved_->set_pinned(time(), w_.data());
     if (sweep_) sweep_->forget_lost();
     if (collider_) collider_->restore_state(saved.seen);
     if (sleeper_) own_ ? sleeper_->wake() : sleeper_->restore_state(saved.rest);
@@ -152,7 +152,7 @@ class TimeStepper : public Solver {
     const Vec3 x = place_of(i), way = minus(what.to, x);
     what.is_held() ? guard_.moved(norm(way)) : guard_.gave(i, handles_->work(i, what, x));
     if (what.is_held() && !handles_->has(i)) v_.set(i, {0, 0, 0});
-    handles_->take(i, what, x, w_.data());
+    handles_->add(i, what, x, w_.data());
     exclude_from_momentum_correction(), wake();
   }
   void release(int particle) final {
@@ -162,7 +162,7 @@ class TimeStepper : public Solver {
     exclude_from_momentum_correction(), keep_overlaps(), wake();
   }
   std::vector<ParticleHandle> taken() const final {
-    return handles_ ? handles_->taken() : std::vector<ParticleHandle>{};
+    return handles_ ? handles_->specs() : std::vector<ParticleHandle>{};
   }
   void wake() final {
     if (sleeper_) sleeper_->wake();
@@ -230,7 +230,7 @@ class TimeStepper : public Solver {
     if (!model.damped.empty()) damping_.emplace(executor, model.damped, model.scene.solver.substeps);
     if (!model.air.particle.empty()) air_.emplace(executor, model.air, *model.scene.wind);
     if (model.scene.sleep) sleeper_.emplace(executor, model);
-    if (!model.moved.empty()) moved_.emplace(executor, model), moved_->hold(0, w_.data());
+    if (!model.moved.empty()) moved_.emplace(executor, model), moved_->set_pinned(0, w_.data());
     if (tears(model.scene)) breakable_.emplace(executor, breakable(model));
     if (!model.attached.empty()) attachments_.emplace(executor, model);
     if (!model.environment.empty()) facts_.collision_seconds = seconds([&] { collider_.emplace(executor, model); });
@@ -255,7 +255,7 @@ class TimeStepper : public Solver {
       for (int s = first; s < solver.substeps; ++s) {
         if (moved_) timed(Pass::Pins, [&] { place_pins(at(s), at(s + 1)); });
         if (attachments_ && attachments_->release(at(s))) keep_overlaps();
-        if (handles_) handles_->place(particles(), s);
+        if (handles_) handles_->move(particles(), s);
         substep_ = s;
         substep(time() + s * h, h);
         if (handles_) handles_->arrive(particles(), s);
@@ -371,7 +371,7 @@ class TimeStepper : public Solver {
   /// Pins whose time is over let go, and nothing that they pressed together is shot apart.
   void place_pins(double start, double end) {
     const int before = pins_let_go();
-    moved_->place(particles(), w_.data(), start, end);
+    moved_->move(particles(), w_.data(), start, end);
     if (pins_let_go() > before) keep_overlaps();
   }
   void keep_overlaps() {

@@ -86,7 +86,8 @@ template <class R>
 void instantiate_all() {
   instantiate_groups<SolvePatch<R>, SolveCoarsePatch<R>, Restrict<R>, Prolongate<R>, Pieces<SumPartialRestrictions<R>>,
                      BroadPhaseTest<R>, MeasureClearance<R>>();
-  instantiate<ReconstructPrevious<R>, CommitClamped<R>, MeasureRuns<R>, RefineMassShares<R>, StartLocal<R>, MoveLocal<R>>();
+  instantiate<ReconstructPrevious<R>, CommitClamped<R>, MeasureRuns<R>, RefineMassShares<R>, StartLocal<R>,
+              MoveLocal<R>>();
   instantiate<FindEdgePairs<R, false>, FindEdgePairs<R, true>, BuildEdgeContacts<R>, ListContactEnds<R>>();
   instantiate_groups<MeasureMomenta<R, R, false, false>, MeasureMomenta<R, R, false, true>,
                      MeasureMomenta<R, R, true, false>, MeasureMomenta<R, double, false, true>, NoteMomenta,
@@ -98,17 +99,18 @@ void instantiate_all() {
               SumAlongPressure<R>, PutPressure<R>, ApplyFilteredPressure<R>, ApplyPressure<R>>();
   instantiate<ReduceRun<Largest, MeasureTetherExcess<R>>, LimitTethers<R>, FacesInAir<R>, BlowOnParticles<R>,
               MeasureSpeed<R>, MeasureBounds<R>, Still<R>>();
-  instantiate<MoveToTarget<R>, ArriveAtTarget<R>, SetInverseMass<R>, SolveAttachment<R>, MeasureAttachment<R>, GatherOwn<R, Points<R>>,
-              GatherOwn<R, Displaced<R>>, ScatterOwn<R>>();
+  instantiate<MoveToTarget<R>, ArriveAtTarget<R>, SetInverseMass<R>, SolveAttachment<R>, MeasureAttachment<R>,
+              GatherOwn<R, Points<R>>, GatherOwn<R, Displaced<R>>, ScatterOwn<R>>();
   instantiate<ResolveContact<R>, ApplyRestitution<R>, CountContact<R>, InvalidateContacts<R>>();
-  instantiate<BoxParticles<R>, SumMotion<R>, CheckCandidateBounds<R>, InitCandidateSearch<R>, CountOverlappingCandidates<R>>();
+  instantiate<BoxParticles<R>, SumMotion<R>, CheckCandidateBounds<R>, InitCandidateSearch<R>,
+              CountOverlappingCandidates<R>>();
   instantiate<EstimateMassShares<R>, SplitMasses<R>, SolveContactsJacobi<R, ObjectFriction<R>>,
               ApplyImpulses<R, TurnToWorld>, CountPushing<R>>();
-  instantiate<FindEdgeViolations<R>, TruncateParticles<R, SetFromLocal<R>>, SumTruncation<R>, SumTruncatedMotion<R>, AddRigidCorrection<R>,
-              SaveMotion<R>, ComputeTruncationChange<R>, LimitSpeed<R>, CopyPoints<R>, CopyPoints<R, Displaced<R>>,
-              CopyPoints<R, FromOrigin<R>>, CountFixed<R>, MarkPushed<R>>();
-  instantiate<ComputeDisplacements<R>, ApplyDisplacements<R>, CheckSweptBounds<R>, StoreCommonMotion<R>, ClampToSweptBounds<R>,
-              InitSweptBounds<R>, ComputeSweptAabbs<R>>();
+  instantiate<FindEdgeViolations<R>, TruncateParticles<R, SetFromLocal<R>>, SumTruncation<R>, SumTruncatedMotion<R>,
+              AddRigidCorrection<R>, SaveMotion<R>, ComputeTruncationChange<R>, LimitSpeed<R>, CopyPoints<R>,
+              CopyPoints<R, Displaced<R>>, CopyPoints<R, FromOrigin<R>>, CountFixed<R>, MarkPushed<R>>();
+  instantiate<ComputeDisplacements<R>, ApplyDisplacements<R>, CheckSweptBounds<R>, StoreCommonMotion<R>,
+              ClampToSweptBounds<R>, InitSweptBounds<R>, ComputeSweptAabbs<R>>();
   instantiate<RefitLeaves<R>, RefitLevel<R>, CountPushes<R>, SumViolations<R>, TruncateDisplacements<R>>();
   instantiate_groups<FindCandidatesCooperatively<R>, NarrowPhase<R>, SolveContacts<R, false>, SolveContacts<R, true>,
                      FindViolations<R>, MarkViolating<R>, ComputeTruncation<R>, PushByKinematic<R>,
