@@ -81,7 +81,7 @@ struct ClampTunnelling : EnvironmentView<R> {
   }
 };
 
-/// The same after self-collision has moved particles: one that crosses a mesh now moves with that mesh instead, from
+/// Clamps after self-collision has moved particles: a particle that crosses a mesh now moves with that mesh instead, from
 /// where the substep began, and is clamped there.
 template <class R>
 struct MoveWithMeshes : ClampTunnelling<R> {

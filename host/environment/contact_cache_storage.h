@@ -12,7 +12,7 @@
 
 namespace malha {
 
-/// What a pool of `size` elements must do before `more` elements are allocated; fewer free elements than `spare` are
+/// Plan of a pool of `size` elements before `more` elements are allocated; fewer free elements than `spare` are
 /// not worth a copy.
 struct CapacityPlan {
   bool compacts, reallocates;  // remove free elements; move the rest to new memory

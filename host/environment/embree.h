@@ -236,7 +236,7 @@ inline Hit intersect(const RayScene& scene, const std::array<float, 3>& origin, 
           static_cast<int>(hit.geomID)};
 }
 
-/// Whether anything lies on the ray within [t_near, t_far]; false where intersect would refuse the ray.
+/// Returns true if anything lies on the ray within [t_near, t_far]; false where intersect() would reject the ray.
 inline bool occluded(const RayScene& scene, const std::array<float, 3>& origin, const std::array<float, 3>& direction,
                      float t_near, float t_far) {
   if (!embree_detail::is_valid(origin, direction, t_near, t_far)) return false;
@@ -253,7 +253,7 @@ inline bool occluded(const RayScene& scene, const std::array<float, 3>& origin, 
 }
 
 /// Calls `float on_triangle(int triangle)` for every triangle whose bounding box may lie within `radius` of `point`.
-/// It returns the radius to search from now on; a larger one than before changes nothing. It must not throw: Embree's
+/// The callback returns the radius to search from now on; a larger one changes nothing. It must not throw: Embree's
 /// frames lie in between. Nothing is called for a point or radius that is not finite, or a negative radius.
 template <class F>
 void point_query(const TriangleScene& scene, const std::array<float, 3>& point, float radius, F&& on_triangle) {

@@ -56,7 +56,7 @@ class SelfCollider {
     kinematic_penetration_ = count_violations(false, nullptr) > 0 || kinematic_penetration_;
   }
 
-  /// Whether a kinematic particle may have gone through a body in this substep.
+  /// Returns true if a kinematic particle may have gone through a body in this substep.
   bool has_kinematic_penetration() const { return kinematic_penetration_; }
 
   /// Records how truncation has changed the displacements; call it before velocities are derived from them. `lifts`: a

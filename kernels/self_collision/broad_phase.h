@@ -7,7 +7,7 @@
 
 namespace malha {
 
-/// What is searched, and which pairs count.
+/// Query of the broad phase: its input, and which pairs count.
 template <class R>
 struct BroadPhaseQuery {
   ClusterBvh<R> clusters;
