@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Particles tied to points at rest, on a path, or of an environment mesh. Made only for scenes that have some.
+// Attachments of particles to fixed points, points on a path, or points of an environment mesh. Made only for scenes
+// that have some.
 #pragma once
 #include <algorithm>
 #include <deque>
@@ -32,29 +33,29 @@ class Attachments {
     }
   }
 
-  /// Whether one of them ends where a substep starts (s).
+  /// Returns true if an attachment is released at the start of the substep at `start` (s).
   bool release(double start) const {
     return std::any_of(sets_.begin(), sets_.end(), [&](const Set& set) {
-      return over(set.release_time, start, substep_) && !over(set.release_time, start - substep_, substep_);
+      return is_over(set.release_time, start, substep_) && !is_over(set.release_time, start - substep_, substep_);
     });
   }
 
-  /// In a substep from `start` to `end` (s).
+  /// Projects the attachments in a substep from `start` to `end` (s).
   void project(const Displaced<R>& p, const R* w, double start, double end, bool first_iteration) {
     for (Set& set : sets_) {
-      if (over(set.release_time, start, substep_)) continue;
+      if (is_over(set.release_time, start, substep_)) continue;
       const R alpha = R(set.alpha / (substep_ * substep_));
       parallel_for(executor_, static_cast<int>(set.list.size()),
-                   Attach<R>{p, w, set.list.data(), set.anchor.data(), pose_at(set.motion, end), set.lambda.data(),
-                             R(set.share), alpha, first_iteration});
+                   SolveAttachment<R>{p, w, set.list.data(), set.anchor.data(), pose_at(set.motion, end),
+                                      set.lambda.data(), R(set.share), alpha, first_iteration});
     }
   }
 
-  /// J in the springs at `time`.
+  /// Energy of the springs at `time` (s), J.
   double energy(const Points<R>& x, double time) const {
     double sum = 0;
     for (const Set& set : sets_)
-      if (set.alpha > 0 && !over(set.release_time, time, substep_))
+      if (set.alpha > 0 && !is_over(set.release_time, time, substep_))
         sum +=
             parallel_reduce<Sum>(executor_, static_cast<int>(set.list.size()),
                                  MeasureAttachment<R>{x, set.list.data(), set.anchor.data(), pose_at(set.motion, time)})
@@ -73,7 +74,7 @@ class Attachments {
   struct Set {
     std::vector<Keyframe> motion;
     std::optional<double> release_time;
-    double alpha = 0, share = 1;  // m/N; of the error that a projection takes away
+    double alpha = 0, share = 1;  // m/N; share of the error that a projection removes
     Array<Executor, int> list;
     Array<Executor, Vector3<double>> anchor;
     Array<Executor, Vector3<R>> lambda;

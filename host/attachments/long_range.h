@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The long-range attachments of a model in the executor's memory (kernels/attachments/long_range.h).
+// Long-range attachments of a model in the executor's memory (kernels/attachments/long_range.h).
 #pragma once
 #include <vector>
 
@@ -18,19 +18,18 @@ class LongRange {
   }
 
   void project(const Displaced<R>& p, const R* w) const {
-    parallel_for(executor_, static_cast<int>(particle_.size()), LimitReach<R>{reaches(w), p});
+    parallel_for(executor_, static_cast<int>(particle_.size()), LimitTethers<R>{tethers(w), p});
   }
-  /// The farthest that a particle is beyond a reach, over that reach: what contacts took back.
+  /// Largest relative excess of a particle over a tether; contacts may cause it.
   double beyond(const Points<R>& x, const R* w) const {
-    return parallel_reduce<Largest>(executor_, static_cast<int>(particle_.size()), MeasureBeyondReach<R>{reaches(w), x})
+    return parallel_reduce<Largest>(executor_, static_cast<int>(particle_.size()),
+                                    MeasureTetherExcess<R>{tethers(w), x})
         .value;
   }
   std::size_t bytes() const { return particle_.bytes() + begin_.bytes() + anchor_.bytes() + reach_.bytes(); }
 
  private:
-  PinReaches<R> reaches(const R* w) const {
-    return {w, particle_.data(), begin_.data(), anchor_.data(), reach_.data()};
-  }
+  Tethers<R> tethers(const R* w) const { return {w, particle_.data(), begin_.data(), anchor_.data(), reach_.data()}; }
 
   Executor executor_;
   Array<Executor, int> particle_, begin_, anchor_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pins that follow keyframes or are released. Made only for scenes that have some.
+// Kinematic pins: pins that follow keyframes or are released. Made only for scenes that have some.
 #pragma once
 #include <deque>
 #include <string>
@@ -14,12 +14,12 @@
 
 namespace malha {
 
-/// Whether what lasts until a time is over at the start of a substep at `time` (s), rounding aside.
-inline bool over(const std::optional<double>& release_time, double time, double h) {
+/// Returns true if the release time has passed at the start of a substep at `time` (s), up to rounding.
+inline bool is_over(const std::optional<double>& release_time, double time, double h) {
   return release_time && time >= *release_time - 1e-6 * h;
 }
 
-/// The places of particles that start at x, in the frame that moves.
+/// Anchors of particles that start at x, in the target's moving frame.
 inline std::vector<Vector3<double>> anchors(const Target& target, const std::vector<int>& particles,
                                             const std::vector<Vec3>& x) {
   const Pose start = target.environment.empty() ? Pose{} : pose_at(target.motion, 0);
@@ -31,7 +31,7 @@ inline std::vector<Vector3<double>> anchors(const Target& target, const std::vec
   return places;
 }
 
-/// The solver's numbers of the user's particles, of which `good` must hold. Throws InputError.
+/// Converts the user's particle numbers to the solver's. Throws InputError for a particle that is not `good`.
 template <class Good>
 std::vector<int> pins_of(const Model& model, const std::vector<int>& particles, const Good& good) {
   const std::vector<int> of = solver_of(model.user_index);
@@ -45,7 +45,8 @@ std::vector<int> pins_of(const Model& model, const std::vector<int>& particles, 
   return list;
 }
 
-/// What is to be released is laid out as movable, and kept by w = 0 until then: nothing is laid out anew.
+/// Pins that will be released are laid out as movable particles and pinned by w = 0 until then, so that no layout
+/// changes.
 template <class Executor, class R>
 class KinematicPins {
  public:
@@ -62,35 +63,35 @@ class KinematicPins {
     }
   }
 
-  /// Holds what is to be held in a substep that starts at `time`, and lets go of the others: at the start, and where a
-  /// run goes on.
-  void hold(double time, R* w) {
+  /// Pins or releases particles as at a substep that starts at `time`: for the start of a run, and after a state is
+  /// restored.
+  void set_pinned(double time, R* w) {
     for (Set& set : sets_) {
       if (!set.release_time) continue;
-      set.released = over(set.release_time, time, substep_);
+      set.released = is_over(set.release_time, time, substep_);
       set_inverse_mass(set, w);
     }
   }
 
-  /// At the start of a substep.
-  void place(const Particles<R>& all, R* w, double start, double end) {
+  /// Releases pins and moves the others at the start of a substep.
+  void move(const Particles<R>& all, R* w, double start, double end) {
     for (Set& set : sets_) {
-      if (!set.released && over(set.release_time, start, substep_)) set.released = true, set_inverse_mass(set, w);
+      if (!set.released && is_over(set.release_time, start, substep_)) set.released = true, set_inverse_mass(set, w);
       if (set.released || !set.target.moves()) continue;
       parallel_for(executor_, count(set),
-                   Place<R>{all, set.list.data(), set.start.data(), pose_at(set.target.motion, end)});
+                   MoveToTarget<R>{all, set.list.data(), set.start.data(), pose_at(set.target.motion, end)});
     }
   }
-  /// At its end.
+  /// Sets positions and velocities of moved pins at the end of a substep.
   void arrive(const Particles<R>& all, double start, double end) {
     for (Set& set : sets_)
       if (!set.released && set.target.moves())
         parallel_for(executor_, count(set),
-                     Arrive<R>{all, set.list.data(), set.start.data(), pose_at(set.target.motion, start),
-                               pose_at(set.target.motion, end), 1 / (end - start)});
+                     ArriveAtTarget<R>{all, set.list.data(), set.start.data(), pose_at(set.target.motion, start),
+                                       pose_at(set.target.motion, end), 1 / (end - start)});
   }
 
-  /// Whether keyframes, or nothing any more, move the particle.
+  /// Returns true if keyframes move the particle, or its pin was released.
   bool refuses(int particle) const {
     for (const Set& set : sets_) {
       const std::vector<int> list = set.list.download();
@@ -100,7 +101,7 @@ class KinematicPins {
     return false;
   }
 
-  /// How many sets have been let go.
+  /// Number of sets that were released.
   int released() const {
     return static_cast<int>(std::count_if(sets_.begin(), sets_.end(), [](const Set& set) { return set.released; }));
   }

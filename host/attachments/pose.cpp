@@ -16,7 +16,7 @@ Eigen::Quaterniond turn(const Eigen::Vector3d& axis, double degrees) {
 }
 
 Eigen::Quaterniond turn_between(const Keyframe& a, const Keyframe& b, double s) {
-  const Eigen::Vector3d from = a.degrees == 0 ? axis_of(b) : axis_of(a);  // no turn fits any axis
+  const Eigen::Vector3d from = a.degrees == 0 ? axis_of(b) : axis_of(a);  // a zero turn fits any axis
   const Eigen::Vector3d to = b.degrees == 0 ? from : axis_of(b);
   if ((from - to).norm() < 1e-12) return turn(from, a.degrees + s * (b.degrees - a.degrees));
   return turn(from, a.degrees).slerp(s, turn(to, b.degrees));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where a rigidly moving mesh is at a time.
+// Pose of a rigid mesh on keyframes.
 #pragma once
 #include <vector>
 
@@ -8,11 +8,11 @@
 
 namespace malha {
 
-/// Between keyframes: linear in translation; about a common axis linear in the angle (whole turns count), otherwise
-/// the shortest spherical-linear turn. Before the first and after the last it rests there. No keyframe: identity.
+/// Interpolates keyframes: linearly in translation; about a common axis linearly in the angle (whole turns count),
+/// otherwise by the shortest slerp. Before the first and after the last keyframe the mesh rests. No keyframe: identity.
 Pose pose_at(const std::vector<Keyframe>& motion, double time);
 
-/// From the world to the world: where what was at rest in the one pose is in the other.
+/// The motion from the world to the world that takes the pose `before` to `after`.
 Pose from_to(const Pose& before, const Pose& after);
 
 }  // namespace malha

@@ -1,55 +1,57 @@
 // SPDX-License-Identifier: Apache-2.0
-// Final guard of a substep against tunnelling: no particle passes through a mesh of the environment. What neighbours or
-// other meshes dragged through one, past every contact that its own path announced, is put back before it.
+// Final guard of a substep against tunnelling: no particle passes through a mesh of the environment. A particle that
+// neighbours or other meshes dragged through one, where its predicted path needed no contact, is clamped in front of
+// it.
 #pragma once
 #include "host/environment/find_contact.h"
 #include "kernels/environment/edge_contact.h"
 
 namespace malha {
 
-/// How far a motion of the substep takes a place of the world.
+/// Displacement of a point x by a rigid motion of the substep.
 template <class R>
-KERNEL Vector3<R> carried(const Pose& motion, const Vector3<R>& x) {
+KERNEL Vector3<R> rigid_displacement(const Pose& motion, const Vector3<R>& x) {
   return rounded<R>(to_world(motion, in_double(x)) - in_double(x));
 }
 
-/// work(i) for the particles that a word of bits names.
+/// Calls work(i) for the particles of a group that are set in the mask.
 template <class Work>
-HOST_KERNEL void for_each_of_word(const unsigned long long* bits, int word, const Work& work) {
-  for (unsigned long long rest = bits[word]; rest != 0; rest &= rest - 1) work(word * kGroupSize + lowest_bit(rest));
+HOST_KERNEL void for_each_in_group(const unsigned long long* bits, int g, const Work& work) {
+  for (unsigned long long rest = bits[g]; rest != 0; rest &= rest - 1) work(g * kGroupSize + lowest_bit(rest));
 }
 
-/// The particles that a word of bits names: others keep within a ball without surface. Those that nothing holds back
-/// are named by `pressed`.
+/// Clamps the particles in the mask in front of every mesh; others stay in a ball without surface. Particles for which
+/// no position is found are set in `unresolved`.
 template <class R>
-struct PutBeforeMeshes : EnvironmentView<R> {
-  using AsksTheHost = void;
+struct ClampTunnelling : EnvironmentView<R> {
+  using RunsOnHost = void;
   const unsigned long long* bits;
-  unsigned long long* pressed;
+  unsigned long long* unresolved;
   template <class Group>
   HOST_KERNEL void operator()(const Group& group) const {
-    pressed[group.index] = 0;
-    for_each_of_word(bits, group.index, [this](int i) KERNEL_LAMBDA { hold(i); });
+    unresolved[group.index] = 0;
+    for_each_in_group(bits, group.index, [this](int i) KERNEL_LAMBDA { clamp(i); });
   }
 
  protected:
-  static constexpr int kRounds = 8;  // corners of two walls need two, acute ones more
+  static constexpr int kRounds = 8;  // corners between two walls need two, acute ones more
 
-  void hold(int i) const {
-    if (!(this->particles.w[i] > R(0)) || settle(i)) return;
-    // What puts it before one mesh puts it behind another: it stays where it was, as far as what moves lets it.
+  void clamp(int i) const {
+    if (!(this->particles.w[i] > R(0)) || clamp_to_all_meshes(i)) return;
+    // Each mesh pushes it behind another one: it stays where the substep began, unless a moving mesh pushes it from
+    // there.
     this->particles.p.stay(i);
-    if (!settle(i)) pressed[i / kGroupSize] |= 1ull << i % kGroupSize;
+    if (!clamp_to_all_meshes(i)) unresolved[i / kGroupSize] |= 1ull << i % kGroupSize;
   }
 
   Point x(int i) const { return in_double(this->particles.x[i]); }
   Point p(int i) const { return this->particles.p.went(i); }
 
-  /// Puts it before every mesh in turn until it crosses none.
-  bool settle(int i) const {
+  /// Clamps a particle in front of every mesh in turn until it crosses none. Returns false if it still does.
+  bool clamp_to_all_meshes(int i) const {
     for (int round = 0; round < kRounds; ++round) {
       bool crossed = false;
-      for (int k = 0; k < this->count; ++k) crossed = put_before(i, k) || crossed;
+      for (int k = 0; k < this->count; ++k) crossed = clamp_to_mesh(i, k) || crossed;
       if (!crossed) return true;
     }
     return false;
@@ -58,117 +60,119 @@ struct PutBeforeMeshes : EnvironmentView<R> {
   Crossing crossing_of(int i, int k) const {
     const MovingSurface& mesh = this->meshes[k];
     const Point a = to_local(mesh.before, x(i));
-    if (this->nearby[k].seen(i, a).is_path_clear(a, to_local(mesh.after, p(i)))) return {};
+    if (this->caches[k].record(i, a).is_path_clear(a, to_local(mesh.after, p(i)))) return {};
     return crossing(mesh, x(i), p(i));
   }
 
-  /// Towards where it comes from; a two-sided sheet may be crossed from behind.
+  /// The normal towards the side where the particle comes from; a two-sided sheet may be crossed from behind.
   Point normal(int i, const MovingSurface& mesh, const Crossing& at) const {
     return dot(at.normal, to_local(mesh.after, p(i)) - to_local(mesh.before, x(i))) > 0 ? -at.normal : at.normal;
   }
 
-  bool put_before(int i, int k) const {
+  bool clamp_to_mesh(int i, int k) const {
     const Crossing at = crossing_of(i, k);
     if (!at.hit) return false;
     const MovingSurface& mesh = this->meshes[k];
     const Point n = normal(i, mesh, at);
-    const double above = mesh.thickness - this->nearby[k].overlap(i);
-    const Point shift = rotate(mesh.after, n) * (above - dot(n, to_local(mesh.after, p(i)) - at.q));
+    const double height = mesh.thickness - this->caches[k].overlap(i);
+    const Point shift = rotate(mesh.after, n) * (height - dot(n, to_local(mesh.after, p(i)) - at.q));
     this->particles.p.add(i, rounded<R>(shift));
     return true;
   }
 };
 
-/// The same after what holds bodies apart has moved them: what crosses a mesh now rests on it, as seen from the mesh.
+/// Clamps after self-collision has moved particles: a particle that crosses a mesh now moves with that mesh instead,
+/// from where the substep began, and is clamped there.
 template <class R>
-struct CarryBeforeMeshes : PutBeforeMeshes<R> {
+struct MoveWithMeshes : ClampTunnelling<R> {
   template <class Group>
   HOST_KERNEL void operator()(const Group& group) const {
-    this->pressed[group.index] = 0;
-    for_each_of_word(this->bits, group.index, [this](int i) KERNEL_LAMBDA { carry(i); });
+    this->unresolved[group.index] = 0;
+    for_each_in_group(this->bits, group.index, [this](int i) KERNEL_LAMBDA { move(i); });
   }
 
  private:
-  void carry(int i) const {
+  void move(int i) const {
     if (!(this->particles.w[i] > R(0))) return;
     for (int k = 0; k < this->count; ++k)
       if (this->crossing_of(i, k).hit) {
-        this->particles.p.d.set(i, carried(this->meshes[k].motion(), this->particles.x[i]));
-        return this->hold(i);
+        this->particles.p.d.set(i, rigid_displacement(this->meshes[k].motion(), this->particles.x[i]));
+        return this->clamp(i);
       }
   }
 };
 
-/// How far and whither the particles that bits name were pressed through meshes is remembered.
+/// Records the offset by which the particles in the mask were forced through meshes.
 template <class R>
-struct NotePressed : PutBeforeMeshes<R> {
+struct RecordTunnelling : ClampTunnelling<R> {
   template <class Group>
   HOST_KERNEL void operator()(const Group& group) const {
-    for_each_of_word(this->bits, group.index, [this](int i) KERNEL_LAMBDA { note(i); });
+    for_each_in_group(this->bits, group.index, [this](int i) KERNEL_LAMBDA { record(i); });
   }
 
  private:
-  void note(int i) const {
+  void record(int i) const {
     for (int k = 0; k < this->count; ++k)
       if (const Crossing at = this->crossing_of(i, k); at.hit) {
         const MovingSurface& mesh = this->meshes[k];
-        const ContactCacheView<R>& known = this->nearby[k];
+        const ContactCacheView<R>& cache = this->caches[k];
         const Point n = this->normal(i, mesh, at);
-        ClosestPointRecord last = known.seen(i, to_local(mesh.before, this->x(i)));
+        ClosestPointRecord last = cache.record(i, to_local(mesh.before, this->x(i)));
         last.tunnel_offset = n * dot(n, to_local(mesh.after, this->p(i)) - at.q);
-        known.give_places(i / kGroupSize, this->particles, mesh.before);
-        known.see(i, last);
-        invalidate_place(*known.contact(i));
+        cache.allocate_entries(i / kGroupSize, this->particles, mesh.before);
+        cache.store(i, last);
+        invalidate_cached_position(*cache.contact(i));
       }
   }
 };
 
-/// Which particles that has moved, and by which mesh: nobody carries what another mesh was in the way of.
+/// Marks the particles that ClampTunnelling or MoveWithMeshes has moved as kinematic, with the mesh that they move with
+/// as owner; a particle that was clamped otherwise has none. Counts them.
 template <class R>
-struct NoteCarried {
+struct MarkMovedParticles {
   Particles<R> particles;
-  Points<R> before;  // the ways
-  HeldByEdges<R> held;
+  Points<R> before;  // displacements
+  KinematicMarks<R> marks;
   const Pose* motion;
   int meshes;
   KERNEL Sum operator()(int i) const {
-    const Vector3<R> way = particles.p.d[i];
-    if (same(way, before[i])) return {};
-    if (!held.any()) return {1.0};
-    Carrier by = 0;
-    while (by < meshes && !same(way, carried(motion[by], particles.x[i]))) ++by;
-    held.w[i] = R(0), held.by[i] = by < meshes ? held.number + by : kNobody;
+    const Vector3<R> displacement = particles.p.d[i];
+    if (same(displacement, before[i])) return {};
+    if (!marks.is_enabled()) return {1.0};
+    KinematicOwner owner = 0;
+    while (owner < meshes && !same(displacement, rigid_displacement(motion[owner], particles.x[i]))) ++owner;
+    marks.w[i] = R(0), marks.owner[i] = owner < meshes ? marks.number + owner : kNoOwner;
     return {1.0};
   }
 };
 
-/// Which particles of a word a bounce carries back, a bit each: from x, where the substep ended, to p.
+/// Sets the bits of the particles of a group that restitution moves: from x, where the substep ended, to p.
 template <class R>
-struct FindBounced {
+struct FindRestituted {
   Particles<R> particles;
   unsigned long long* bits;
-  KERNEL void operator()(int word) const {
+  KERNEL void operator()(int g) const {
     unsigned long long moved = 0;
-    for (int bit = 0; bit < kGroupSize && word * kGroupSize + bit < particles.count; ++bit) {
-      const int i = word * kGroupSize + bit;
+    for (int bit = 0; bit < kGroupSize && g * kGroupSize + bit < particles.count; ++bit) {
+      const int i = g * kGroupSize + bit;
       if (particles.w[i] > R(0) && !same(particles.p.d[i], {R(0), R(0), R(0)})) moved |= 1ull << bit;
     }
-    bits[word] = moved;
+    bits[g] = moved;
   }
 };
 
-/// What a bounce carries back on its way ends where it would cross a mesh.
+/// Cancels the motion of particles that restitution would move through a mesh.
 template <class R>
-struct HoldBounce : EnvironmentView<R> {
-  using AsksTheHost = void;
+struct ClampRestitution : EnvironmentView<R> {
+  using RunsOnHost = void;
   const unsigned long long* bits;
   template <class Group>
   HOST_KERNEL void operator()(const Group& group) const {
-    for_each_of_word(bits, group.index, [this](int i) KERNEL_LAMBDA { hold(i); });
+    for_each_in_group(bits, group.index, [this](int i) KERNEL_LAMBDA { clamp(i); });
   }
 
  private:
-  void hold(int i) const {
+  void clamp(int i) const {
     for (int k = 0; k < this->count; ++k) {
       MovingSurface mesh = this->meshes[k];
       mesh.before = mesh.after;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The memory behind kernels/environment/contact_cache.h: of the particles near one environment mesh.
+// Storage of the contact cache of one environment mesh (kernels/environment/contact_cache.h).
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -12,161 +12,162 @@
 
 namespace malha {
 
-/// What memory for pieces that are handed out has to do before so many more are: `size` pieces have room there, and
-/// fewer free ones than `spare` are not worth a copy.
-struct RoomForMore {
-  bool tidies, moves;  // free pieces are taken out; what is kept goes to other memory
-  std::size_t room;    // pieces of the other memory
-  RoomForMore(const Handed& handed, int more, std::size_t size, int spare) {
-    const std::size_t used = static_cast<std::size_t>(handed.used), added = static_cast<std::size_t>(more);
-    const std::size_t needed = used - static_cast<std::size_t>(handed.freed) + added;
+/// Plan of a pool of `size` elements before `more` elements are allocated; fewer free elements than `spare` are
+/// not worth a copy.
+struct CapacityPlan {
+  bool compacts, reallocates;  // remove free elements; move the rest to new memory
+  std::size_t capacity;        // elements of the new memory
+  CapacityPlan(const AllocationCount& count, int more, std::size_t size, int spare) {
+    const std::size_t used = static_cast<std::size_t>(count.used), added = static_cast<std::size_t>(more);
+    const std::size_t needed = used - static_cast<std::size_t>(count.freed) + added;
     const bool wide = size > 4 * needed + 32 * static_cast<std::size_t>(spare);
-    tidies = handed.freed > handed.used / 4 + spare || used + added > size || wide;
-    moves = needed > size || wide;
-    room = needed + needed / 8 + (more > 0 ? static_cast<std::size_t>(spare / 2) : 0);
+    compacts = count.freed > count.used / 4 + spare || used + added > size || wide;
+    reallocates = needed > size || wide;
+    capacity = needed + needed / 8 + (more > 0 ? static_cast<std::size_t>(spare / 2) : 0);
   }
 };
 
 template <class Executor, class R>
-class NearMemory {
+class ContactCacheStorage {
  public:
-  explicit NearMemory(std::size_t particles)
+  explicit ContactCacheStorage(std::size_t particles)
       : particles_(particles),
-        boxes_(words_of(particles), WordBox{}),
-        which_(words_of(particles), -1),
-        handed_(2, Handed{}) {}
+        boxes_(groups_of(particles), GroupBox{}),
+        entry_index_(groups_of(particles), -1),
+        counts_(2, AllocationCount{}) {}
 
   ContactCacheView<R> view() const {
-    return {boxes_.data(), which_.data(),  places_.data(),    contacts_.data(),
-            near_.data(),  handed_.data(), handed_.data() + 1};
+    return {boxes_.data(), entry_index_.data(), entries_.data(),   contacts_.data(),
+            near_.data(),  counts_.data(),      counts_.data() + 1};
   }
 
-  /// How many may be filled: on a device at most so many, as nobody waits for the number.
-  int slots() const { return Memory<Executor>::kOfTheHost ? slots_handed().used : most_; }
+  /// Number of slots that are in use; on a device an upper bound, since the host does not wait for the number.
+  int slots() const { return Memory<Executor>::kOfTheHost ? slot_count().used : slot_bound_; }
 
-  /// Room for so many more slots and places of words, and for not many more than are used: free ones are taken out.
-  void reserve_slots(const Executor& executor, int slots, int places) {
-    reserve_slots(executor, slots, slots_handed(), places, places_handed());
+  /// Reserves this many more slots and entries of groups, and shrinks pools that are much larger than needed.
+  void reserve_slots(const Executor& executor, int slots, int entries) {
+    reserve_slots(executor, slots, slot_count(), entries, entry_count());
   }
-  /// Where it is known how many there are, and how many of them are free.
-  void reserve_slots(const Executor& executor, int slots, const Handed& of_slots, int places, const Handed& of_places) {
-    make_room_for_slots(executor, slots, of_slots);
-    make_room_for_places(executor, places, of_places);
+  /// The same, if the allocation counts are known.
+  void reserve_slots(const Executor& executor, int slots, const AllocationCount& slot_count, int entries,
+                     const AllocationCount& entry_count) {
+    ensure_slot_capacity(executor, slots, slot_count);
+    ensure_entry_capacity(executor, entries, entry_count);
   }
 
-  /// Cells are no longer what they were.
-  void forget_cells(const Executor& executor) { parallel_for(executor, slots(), ForgetCells{near_.data()}); }
+  /// Clears the cached octree cells, after the octree was reset.
+  void reset_cells(const Executor& executor) { parallel_for(executor, slots(), ResetCells{near_.data()}); }
 
-  /// What a later substep depends on, as ContactMemory has it. Of what is beyond float its slot tells all.
-  std::vector<WordBox> boxes() const { return boxes_.download(); }
-  std::vector<PlaceSeen> places() const {
-    const std::vector<int> which = which_.download();
-    const auto own = first_of(places_, static_cast<std::size_t>(places_handed().used));
-    std::vector<PlaceSeen> all;
-    for (std::size_t word = 0; word < which.size(); ++word)
-      for (int k = 0; which[word] >= 0 && k < particles_in(word, particles_); ++k) {
-        const PlaceSeen at = own[static_cast<std::size_t>(which[word])].of(k);
+  /// The state that later substeps depend on, as in ContactMemory. A position beyond float is in the slot alone.
+  std::vector<GroupBox> boxes() const { return boxes_.download(); }
+  std::vector<CacheEntry> entries() const {
+    const std::vector<int> entry_index = entry_index_.download();
+    const auto own = first_of(entries_, static_cast<std::size_t>(entry_count().used));
+    std::vector<CacheEntry> all;
+    for (std::size_t group = 0; group < entry_index.size(); ++group)
+      for (int k = 0; entry_index[group] >= 0 && k < particles_in_group(group, particles_); ++k) {
+        const CacheEntry at = own[static_cast<std::size_t>(entry_index[group])].of(k);
         const bool finite = std::isfinite(at.x) && std::isfinite(at.y) && std::isfinite(at.z);
-        all.push_back(finite ? at : PlaceSeen{0, 0, 0, -INFINITY});
+        all.push_back(finite ? at : CacheEntry{0, 0, 0, -INFINITY});
       }
     return all;
   }
-  /// `first`: pair of the mesh.
-  std::vector<SeenOfPair> near_pairs(long long first) const {
-    const auto slots = static_cast<std::size_t>(slots_handed().used);
+  /// `first`: the first pair of the mesh.
+  std::vector<PairRecord> pair_records(long long first) const {
+    const auto slots = static_cast<std::size_t>(slot_count().used);
     const std::vector<Contact<R>> contacts = first_of(contacts_, slots);
     const std::vector<ProximityRecord> near = first_of(near_, slots);
-    std::vector<SeenOfPair> all;
+    std::vector<PairRecord> all;
     for (std::size_t s = 0; s < slots; ++s)
-      if (contacts[s].particle >= 0) all.push_back({first + contacts[s].particle, near[s].seen});
+      if (contacts[s].particle >= 0) all.push_back({first + contacts[s].particle, near[s].record});
     std::sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.pair < b.pair; });
     return all;
   }
-  /// Places of particles there are at most.
-  std::size_t most_places() const { return static_cast<std::size_t>(places_handed().used) * kGroupSize; }
-  /// Of this mesh: its boxes, its places and what is near, of which there are so many.
-  void restore_state(const Executor& executor, std::vector<WordBox> boxes, const PlaceSeen* place,
-                     const SeenOfPair* near, std::size_t count, long long first) {
-    std::vector<int> which(boxes.size(), -1);
-    std::vector<WordPlaces> places;
+  /// Upper bound of the number of entries.
+  std::size_t max_entries() const { return static_cast<std::size_t>(entry_count().used) * kGroupSize; }
+  /// Restores the boxes, the entries and `count` records of this mesh.
+  void restore_state(const Executor& executor, std::vector<GroupBox> boxes, const CacheEntry* entry,
+                     const PairRecord* near, std::size_t count, long long first) {
+    std::vector<int> entry_index(boxes.size(), -1);
+    std::vector<GroupEntries> entries;
     std::vector<Contact<R>> contacts(count);
-    std::vector<ProximityRecord> of_slots(count);
-    const auto places_for = [&](std::size_t word) -> WordPlaces& {
-      if (which[word] < 0) {
-        which[word] = static_cast<int>(places.size());
-        WordPlaces& own = places.emplace_back();
-        own.word = static_cast<int>(word);
+    std::vector<ProximityRecord> records(count);
+    const auto entries_for = [&](std::size_t group) -> GroupEntries& {
+      if (entry_index[group] < 0) {
+        entry_index[group] = static_cast<int>(entries.size());
+        GroupEntries& own = entries.emplace_back();
+        own.group = static_cast<int>(group);
         for (int k = 0; k < kGroupSize; ++k) own.set(k, {0, 0, 0, -INFINITY}), own.slot[k] = -1;
       }
-      return places[static_cast<std::size_t>(which[word])];
+      return entries[static_cast<std::size_t>(entry_index[group])];
     };
-    for (std::size_t word = 0; word < boxes.size(); ++word)
-      for (int k = 0; boxes[word].is_of_each() && k < particles_in(word, particles_); ++k)
-        places_for(word).set(k, *place++);
+    for (std::size_t group = 0; group < boxes.size(); ++group)
+      for (int k = 0; boxes[group].has_entries() && k < particles_in_group(group, particles_); ++k)
+        entries_for(group).set(k, *entry++);
     for (std::size_t s = 0; s < count; ++s) {
       contacts[s].particle = static_cast<int>(near[s].pair - first);
-      ContactCacheView<R>::clear_slot(contacts[s], of_slots[s]);
-      of_slots[s].seen = near[s].seen;
-      const auto word = static_cast<std::size_t>(contacts[s].particle / kGroupSize);
-      places_for(word).slot[contacts[s].particle % kGroupSize] = static_cast<int>(s);
-      if (!boxes[word].is_of_each()) boxes[word].leave_to_each();
+      ContactCacheView<R>::clear_slot(contacts[s], records[s]);
+      records[s].record = near[s].record;
+      const auto group = static_cast<std::size_t>(contacts[s].particle / kGroupSize);
+      entries_for(group).slot[contacts[s].particle % kGroupSize] = static_cast<int>(s);
+      if (!boxes[group].has_entries()) boxes[group].use_entries();
     }
-    handed_.upload({{}, {}});
-    const int slots = static_cast<int>(count), words = static_cast<int>(places.size());
-    reserve_slots(executor, slots, {}, words, {});
+    counts_.upload({{}, {}});
+    const int slots = static_cast<int>(count), groups = static_cast<int>(entries.size());
+    reserve_slots(executor, slots, {}, groups, {});
     empty_from(0);
-    fill_first(places_, places), fill_first(contacts_, contacts), fill_first(near_, of_slots);
-    handed_.upload({{slots, 0}, {words, 0}}), which_.upload(which), boxes_.upload(boxes);
+    fill_first(entries_, entries), fill_first(contacts_, contacts), fill_first(near_, records);
+    counts_.upload({{slots, 0}, {groups, 0}}), entry_index_.upload(entry_index), boxes_.upload(boxes);
   }
 
-  void forget(const Executor& executor) {
-    restore_state(executor, std::vector<WordBox>(boxes_.size(), WordBox{}), nullptr, nullptr, 0, 0);
+  void clear(const Executor& executor) {
+    restore_state(executor, std::vector<GroupBox>(boxes_.size(), GroupBox{}), nullptr, nullptr, 0, 0);
   }
 
   static constexpr std::size_t kSlotBytes = sizeof(ProximityRecord) + sizeof(Contact<R>);
   int near() const {
-    const Handed handed = slots_handed();
-    return handed.used - handed.freed;
+    const AllocationCount count = slot_count();
+    return count.used - count.freed;
   }
-  /// Of slots that were ever filled: there is room for more, in pages that nothing was written to.
-  std::size_t near_bytes() const { return near_bytes(slots_handed()); }
+  /// Bytes of slots that were ever filled; the rest of the capacity is in pages that were never written to.
+  std::size_t near_bytes() const { return near_bytes(slot_count()); }
   std::size_t bytes() const {
-    const std::vector<Handed> handed = handed_.download();  // in one read
-    const auto places = static_cast<std::size_t>(std::max(places_written_, handed[1].used));
-    return boxes_.bytes() + which_.bytes() + places * sizeof(WordPlaces) + near_bytes(handed[0]);
+    const std::vector<AllocationCount> counts = counts_.download();  // in one copy
+    const auto entries = static_cast<std::size_t>(std::max(entries_written_, counts[1].used));
+    return boxes_.bytes() + entry_index_.bytes() + entries * sizeof(GroupEntries) + near_bytes(counts[0]);
   }
 
  private:
-  Handed slots_handed() const { return handed_.get(0); }
-  Handed places_handed() const { return handed_.get(1); }
-  std::size_t near_bytes(const Handed& handed) const {
-    return static_cast<std::size_t>(std::max(written_, handed.used)) * kSlotBytes;
+  AllocationCount slot_count() const { return counts_.get(0); }
+  AllocationCount entry_count() const { return counts_.get(1); }
+  std::size_t near_bytes(const AllocationCount& count) const {
+    return static_cast<std::size_t>(std::max(written_, count.used)) * kSlotBytes;
   }
 
-  void make_room_for_slots(const Executor& executor, int more, const Handed& handed) {
-    most_ = handed.used + more;
-    const RoomForMore plan(handed, more, near_.size(), kSpareSlots);
-    if (!plan.tidies) return;
-    Array<Executor, ProximityRecord> near_to(plan.moves ? plan.room : 0);
-    Array<Executor, Contact<R>> contacts_to(plan.moves ? plan.room : 0);
-    if (handed.used > 0)
+  void ensure_slot_capacity(const Executor& executor, int more, const AllocationCount& count) {
+    slot_bound_ = count.used + more;
+    const CapacityPlan plan(count, more, near_.size(), kSpareSlots);
+    if (!plan.compacts) return;
+    Array<Executor, ProximityRecord> near_to(plan.reallocates ? plan.capacity : 0);
+    Array<Executor, Contact<R>> contacts_to(plan.reallocates ? plan.capacity : 0);
+    if (count.used > 0)
       parallel_for(executor, 1,
-                   CompactSlots<R>{view(), plan.moves ? near_to.data() : near_.data(),
-                                   plan.moves ? contacts_to.data() : contacts_.data()});
-    const int kept = handed.used - handed.freed;
-    written_ = std::max(written_, handed.used);
-    if (plan.moves) near_ = std::move(near_to), contacts_ = std::move(contacts_to), written_ = kept;
-    most_ = kept + more;
+                   CompactSlots<R>{view(), plan.reallocates ? near_to.data() : near_.data(),
+                                   plan.reallocates ? contacts_to.data() : contacts_.data()});
+    const int kept = count.used - count.freed;
+    written_ = std::max(written_, count.used);
+    if (plan.reallocates) near_ = std::move(near_to), contacts_ = std::move(contacts_to), written_ = kept;
+    slot_bound_ = kept + more;
     empty_from(static_cast<std::size_t>(kept));
   }
-  void make_room_for_places(const Executor& executor, int more, const Handed& handed) {
-    const RoomForMore plan(handed, more, places_.size(), kSparePlaces);
-    if (!plan.tidies) return;
-    Array<Executor, WordPlaces> to(plan.moves ? plan.room : 0);
-    if (handed.used > 0)
-      parallel_for(executor, 1, TakeOutFreePlaces<R>{view(), plan.moves ? to.data() : places_.data()});
-    places_written_ = std::max(places_written_, handed.used);
-    if (plan.moves) places_ = std::move(to), places_written_ = handed.used - handed.freed;
+  void ensure_entry_capacity(const Executor& executor, int more, const AllocationCount& count) {
+    const CapacityPlan plan(count, more, entries_.size(), kSpareEntries);
+    if (!plan.compacts) return;
+    Array<Executor, GroupEntries> to(plan.reallocates ? plan.capacity : 0);
+    if (count.used > 0)
+      parallel_for(executor, 1, CompactEntries<R>{view(), plan.reallocates ? to.data() : entries_.data()});
+    entries_written_ = std::max(entries_written_, count.used);
+    if (plan.reallocates) entries_ = std::move(to), entries_written_ = count.used - count.freed;
   }
 
   template <class T>
@@ -180,7 +181,7 @@ class NearMemory {
     if (!values.empty()) Memory<Executor>::copy_in(values.data(), values.size(), array.data());
   }
 
-  /// A device looks at all slots that may be filled.
+  /// Empties the slots from `slot` on: a device visits all slots up to an upper bound.
   void empty_from([[maybe_unused]] std::size_t slot) {
     if constexpr (!Memory<Executor>::kOfTheHost) {
       Contact<R> none{};
@@ -189,16 +190,16 @@ class NearMemory {
     }
   }
 
-  static constexpr int kSpareSlots = 32, kSparePlaces = Memory<Executor>::kOfTheHost ? 4 : 32;
+  static constexpr int kSpareSlots = 32, kSpareEntries = Memory<Executor>::kOfTheHost ? 4 : 32;
   std::size_t particles_;
-  Array<Executor, WordBox> boxes_;
-  Array<Executor, int> which_;             // of each word
-  Array<Executor, Handed> handed_;         // slots, and places of words
-  Array<Executor, WordPlaces> places_;     // of words
-  Array<Executor, Contact<R>> contacts_;   // of each slot
-  Array<Executor, ProximityRecord> near_;  // the same
-  int written_ = 0, places_written_ = 0;   // slots, and places, since there is this room
-  int most_ = 0;                           // slots that may be filled
+  Array<Executor, GroupBox> boxes_;
+  Array<Executor, int> entry_index_;         // of each group
+  Array<Executor, AllocationCount> counts_;  // of slots, and of entries
+  Array<Executor, GroupEntries> entries_;    // of groups
+  Array<Executor, Contact<R>> contacts_;     // of each slot
+  Array<Executor, ProximityRecord> near_;    // of each slot
+  int written_ = 0, entries_written_ = 0;    // slots and entries that were written since the last reallocation
+  int slot_bound_ = 0;                       // upper bound of slots in use
 };
 
 }  // namespace malha

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The contacts of deformable bodies with edges of the environment in the executor's memory: laid down from candidates,
-// projected, and held apart where they would cross.
+// List of contacts of deformable bodies with edges of the environment, in the executor's memory: built from candidates,
+// projected, and truncated where bodies would intersect.
 #pragma once
 #include "host/base/array.h"
 #include "host/base/radix_sort.h"
@@ -16,103 +16,108 @@ class ContactList {
   static constexpr int kGrain = 2048;
 
   ContactList(const Executor& executor, const Model& model)
-      : executor_(executor), particles_(model.count()), held_(model.x.size(), 0) {
+      : executor_(executor), particles_(model.count()), truncated_(model.x.size(), 0) {
     if (model.scene.solver.dt / model.scene.solver.substeps > kLong) more_shares_ = kMoreShares;
   }
 
-  /// Lays those of so many candidates that meet; `object`: of each point, `rules`: of each object; `sums`: memory for
-  /// sums.
-  void lay(const EvaluateCandidate<R>& look, int candidates, const EdgeRules<R>* rules, const int* object,
-           ScratchBuffer<Executor, int>& sums) {
+  /// Builds the contacts of `candidates` candidates. `object`: of each point; `params`: of each object; `sums`: scratch
+  /// memory for prefix sums.
+  void build(const EvaluateCandidate<R>& evaluate, int candidates, const EdgeContactParams<R>* params,
+             const int* object, ScratchBuffer<Executor, int>& sums) {
     found_ = 0;
     if (candidates == 0) return;
-    int* const place = meets_.at_least(static_cast<std::size_t>(candidates));
-    parallel_for(executor_, candidates, CountMeetings<R>{look, place}, kGrain);
-    found_ = running_sum(executor_, place, candidates, sums);
+    int* const offset = flags_.at_least(static_cast<std::size_t>(candidates));
+    parallel_for(executor_, candidates, CountOverlappingCandidates<R>{evaluate, offset}, kGrain);
+    found_ = running_sum(executor_, offset, candidates, sums);
     if (found_ == 0) return;
-    const auto many = static_cast<std::size_t>(found_);
-    contacts_.at_least(many), active_.at_least(many), pushes_.at_least(many);
-    int* const ends = ends_of_.at_least(many);
-    const LayEdgeContacts<R> lay{look, rules, object, place, candidates, found_, particles_, contacts_.data(), ends};
-    parallel_for(executor_, candidates, lay, kGrain);
+    const auto count = static_cast<std::size_t>(found_);
+    contacts_.at_least(count), active_.at_least(count), impulses_.at_least(count);
+    int* const ends = end_offsets_.at_least(count);
+    const BuildEdgeContacts<R> build{evaluate, params,     object,           offset, candidates,
+                                     found_,   particles_, contacts_.data(), ends};
+    parallel_for(executor_, candidates, build, kGrain);
     const int all = running_sum(executor_, ends, found_, sums);
-    parallel_for(executor_, found_, EnterParticles<R>{contacts_.data(), ends, particles_, ends_.items(all)}, kGrain);
+    parallel_for(executor_, found_, ListContactEnds<R>{contacts_.data(), ends, particles_, ends_.items(all)}, kGrain);
     int bits = 1;
     while ((1 << bits) < particles_) ++bits;
     ends_.sort(executor_, all, bits, particles_);
   }
 
-  /// Grows contact distances and returns how many particles still have less than `most` (GrowEdgeDistances).
-  double grow_distances(const ScatteredPoints<R>& x, const EdgeRules<R>* rules, const int* object, R most) {
+  /// Grows contact distances and returns how many particles are still below max_distance (GrowEdgeDistances).
+  double grow_distances(const ScatteredPoints<R>& x, const EdgeContactParams<R>* params, const int* object,
+                        R max_distance) {
     const bool any = found_ > 0;
     const GrowEdgeDistances<R> grow{
-        x, contacts_.data(), any ? ends_.sorted() : nullptr, any ? ends_.begin() : nullptr, rules, object, most};
+        x,      contacts_.data(), any ? ends_.sorted() : nullptr, any ? ends_.begin() : nullptr, params,
+        object, max_distance};
     return parallel_reduce<Sum>(executor_, particles_, grow, kGrain).value;
   }
 
-  /// One projection of all. `moved`: how far particles have moved, with room for their parts of mass; `w`: 1/kg;
-  /// `friction` of a contact; `turn`: of impulses, into the frame of p.
+  /// One projection of all contacts. `moved`: displacements of the particles; their w is scratch memory for mass
+  /// splitting; `w`: 1/kg; `friction` of a contact; `rotation` of impulses to the frame of p.
   void project(const Displaced<R>& p, const R* w, const ScatteredPoints<R>& moved, const ObjectFriction<R>& friction,
-               const TurnToWorld& turn) {
-    Push<R>* const pushes = pushes_.data();
+               const TurnToWorld& rotation) {
+    ContactImpulse<R>* const impulses = impulses_.data();
     const int* const begin = ends_.begin();
     const auto split = [&] {
-      parallel_for(executor_, particles_, SplitMasses<R>{w, ends_.sorted(), begin, pushes, moved}, kGrain);
+      parallel_for(executor_, particles_, SplitMasses<R>{w, ends_.sorted(), begin, impulses, moved}, kGrain);
     };
-    parallel_for(executor_, found_, EstimateMassShares<R>{moved, contacts_.data(), w, pushes}, kGrain);
+    parallel_for(executor_, found_, EstimateMassShares<R>{moved, contacts_.data(), w, impulses}, kGrain);
     split();
     for (int more = 0; more < more_shares_; ++more) {
-      parallel_for(executor_, found_, RefineMassShares<R>{moved, contacts_.data(), pushes}, kGrain);
+      parallel_for(executor_, found_, RefineMassShares<R>{moved, contacts_.data(), impulses}, kGrain);
       split();
     }
     parallel_for(executor_, found_,
-                 SolveContactsJacobi<R, ObjectFriction<R>>{moved, contacts_.data(), friction, pushes}, kGrain);
-    parallel_for(executor_, particles_, GatherPushes<R, TurnToWorld>{p, w, ends_.sorted(), begin, pushes, turn},
+                 SolveContactsJacobi<R, ObjectFriction<R>>{moved, contacts_.data(), friction, impulses}, kGrain);
+    parallel_for(executor_, particles_, ApplyImpulses<R, TurnToWorld>{p, w, ends_.sorted(), begin, impulses, rotation},
                  kGrain);
   }
 
-  /// Marks the pairs that are about to cross: how many of them holding back can still help.
-  double crossing(const DivisionPlanes<R>& planes, const R* w) {
-    const FindCrossing<R> find{planes, contacts_.data(), held_.data(), w, active_.data()};
+  /// Marks the contacts that would intersect. Returns how many truncation can still resolve.
+  double count_violations(const DivisionPlanes<R>& planes, const R* w) {
+    const FindEdgeViolations<R> find{planes, contacts_.data(), truncated_.data(), w, active_.data()};
     return parallel_reduce<Sum>(executor_, found_, find, kGrain).value;
   }
-  /// Holds back what crosses, `left` by crossing(), until nothing does; where it was, if it `rests`.
-  void hold(double left, const DivisionPlanes<R>& planes, const PlaceLocal<R>& place, bool rests, const R* w) {
-    for (; left > 0; left = crossing(planes, w))
+  /// Truncates displacements until no contact violates its planes, to zero if `to_rest`. `left`: result of
+  /// count_violations().
+  void truncate(double left, const DivisionPlanes<R>& planes, const SetFromLocal<R>& offset, bool to_rest, const R* w) {
+    for (; left > 0; left = count_violations(planes, w))
       parallel_for(executor_, particles_,
-                   HoldParticles<R, PlaceLocal<R>>{planes, place, rests, contacts_.data(), ends_.sorted(),
-                                                   ends_.begin(), active_.data(), w, held_.data()},
+                   TruncateParticles<R, SetFromLocal<R>>{planes, offset, to_rest, contacts_.data(), ends_.sorted(),
+                                                         ends_.begin(), active_.data(), w, truncated_.data()},
                    kGrain);
-    Memory<Executor>::fill(held_.data(), held_.size(), static_cast<unsigned char>(0));
+    Memory<Executor>::fill(truncated_.data(), truncated_.size(), static_cast<unsigned char>(0));
   }
 
   int found() const { return found_; }
-  /// Contacts that pushed in the last substep.
+  /// Number of contacts that pushed in the last substep.
   int pushed() const {
     if (pushed_ >= 0) return pushed_;
     return static_cast<int>(parallel_reduce<Sum>(executor_, found_, CountPushing<R>{contacts_.data()}).value);
   }
   void start_substep() { pushed_ = -1; }
-  /// Before others are laid in the same substep.
-  void keep_pushed() { pushed_ = pushed(); }
+  /// Caches pushed() before new contacts are built in the same substep.
+  void cache_pushed() { pushed_ = pushed(); }
 
   std::size_t bytes() const {
-    return held_.bytes() + meets_.bytes() + ends_of_.bytes() + contacts_.bytes() + active_.bytes() + pushes_.bytes() +
-           ends_.bytes();
+    return truncated_.bytes() + flags_.bytes() + end_offsets_.bytes() + contacts_.bytes() + active_.bytes() +
+           impulses_.bytes() + ends_.bytes();
   }
 
  private:
-  static constexpr double kLong = 0.01;  // s: in longer substeps a layer falls so far that one push is far from even
-  static constexpr int kMoreShares = 2;  // a push, in those
+  static constexpr double kLong =
+      0.01;  // s: in longer substeps layers fall so far that one estimate of the shares is uneven
+  static constexpr int kMoreShares = 2;  // refinements of the shares, in those
 
   Executor executor_;
   int particles_, found_ = 0, more_shares_ = 0;
-  int pushed_ = -1;  // contacts that did, where others were laid since
-  Array<Executor, unsigned char> held_;
-  ScratchBuffer<Executor, int> meets_, ends_of_;
+  int pushed_ = -1;  // result of pushed() for contacts that were replaced; -1: none were
+  Array<Executor, unsigned char> truncated_;
+  ScratchBuffer<Executor, int> flags_, end_offsets_;
   ScratchBuffer<Executor, SelfContact<R>> contacts_;
   ScratchBuffer<Executor, unsigned char> active_;
-  ScratchBuffer<Executor, Push<R>> pushes_;
+  ScratchBuffer<Executor, ContactImpulse<R>> impulses_;
   Sorter<Executor> ends_;
 };
 

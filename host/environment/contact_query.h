@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A look of one particle at one environment mesh, up to where only Embree could go on: of kernels on the host and on a
-// device. What it remembers and lays is the same on both.
+// Contact query of one particle at one environment mesh: the part that needs no Embree, for kernels on the host and on
+// a device. Both store the same records and contacts.
 #pragma once
 #include "host/environment/surface_view.h"
 #include "kernels/attachments/pose.h"
@@ -11,91 +11,93 @@ namespace malha {
 
 template <class R>
 struct ContactQuery {
-  static constexpr double kSlow = 0.02;   // thicknesses from look to look: its nearest feature may stay the nearest
-  static constexpr double kOn = 1e-3;     // of the thickness: nearer it is on the surface
-  static constexpr double kLeast = 0.02;  // of the thickness: to there it is put that is seen deeper inside than it
+  static constexpr double kSlow = 0.02;       // thicknesses between queries: below it the closest feature is cached
+  static constexpr double kOnSurface = 1e-3;  // of the thickness: nearer a particle counts as on the surface
+  static constexpr double kMinDistance =
+      0.02;  // of the thickness: a particle that was first found deeper inside is moved out to it
   SurfaceView surface;
   Sides sides;
   double thickness;    // m
   Pose before, after;  // at the substep's start and end
   Particles<R> particles;
-  ContactCacheView<R> nearby;
+  ContactCacheView<R> cache;
 
   struct Query {
     int i, cell;
-    const int* list;  // of triangles, of which one is the nearest
-    int listed;       // none: not known
+    const int* candidates;  // candidate triangles
+    int candidate_count;    // 0: no list
     Point a, b;
     ClosestPointRecord last;
     double path, reach, moved, depth, radius;
-    NearTriangle near;
+    ClosestTriangle near;
   };
 
-  /// Finds where a particle is and where it was seen; returns false where it cannot have come near since.
-  KERNEL bool comes_near(int i, Query& look) const {
-    look.i = i;
-    look.a = to_local(before, in_double(particles.x[i])), look.b = to_local(after, particles.p.went(i));
-    look.last = nearby.seen(i, look.a);
-    look.path = norm(look.b - look.a);
-    // A contact plane is laid a thickness early: neighbours may pull the particle further than its own velocity.
-    look.reach = look.path + 2 * thickness;
-    look.moved = norm(look.a - look.last.at);
-    return !(look.last.distance - look.moved > look.reach);
+  /// Reads the position of a particle and its last record. Returns false if it cannot have come near the mesh since.
+  KERNEL bool may_be_near(int i, Query& query) const {
+    query.i = i;
+    query.a = to_local(before, in_double(particles.x[i])), query.b = to_local(after, particles.p.went(i));
+    query.last = cache.record(i, query.a);
+    query.path = norm(query.b - query.a);
+    // Contact planes are set a thickness early: neighbours may pull the particle further than its own velocity.
+    query.reach = query.path + 2 * thickness;
+    query.moved = norm(query.a - query.last.at);
+    return !(query.last.distance - query.moved > query.reach);
   }
 
-  /// False where it cannot have come near, or comes as it came. Otherwise its word has places, which on a device it was
-  /// given before (see GivePlaces).
-  KERNEL bool begin(int i, Query& look) const {
-    const int slot = nearby.slot(i);
-    if (slot >= 0 && nearby.contacts[slot].plane.w != -R(INFINITY)) {
-      Contact<R>& contact = nearby.contacts[slot];
+  /// Begins a query. Returns false if the particle cannot have come near, or its cached contact is still valid.
+  /// Otherwise its group has entries, which on a device AllocateEntries has allocated before.
+  KERNEL bool begin_query(int i, Query& query) const {
+    const int slot = cache.slot(i);
+    if (slot >= 0 && cache.contacts[slot].plane.w != -R(INFINITY)) {
+      Contact<R>& contact = cache.contacts[slot];
       if (same(particles.x[i], contact.cached_position)) return false;
-      invalidate(contact);  // another mesh has lifted it since
+      invalidate(contact);  // another mesh has moved it since
     }
-    if (!comes_near(i, look)) return false;
-    nearby.give_places(i / kGroupSize, particles, before);
-    look.cell = slot < 0 ? 0 : nearby.near[slot].cell;
-    if (look.cell > 0) surface.prefetch_cell(look.cell);
-    const double box = surface.box_distance(look.a);
-    if (box > look.reach) {
-      record_lower_bound(look, box);
+    if (!may_be_near(i, query)) return false;
+    cache.allocate_entries(i / kGroupSize, particles, before);
+    query.cell = slot < 0 ? 0 : cache.near[slot].cell;
+    if (query.cell > 0) surface.prefetch_cell(query.cell);
+    const double box = surface.box_distance(query.a);
+    if (box > query.reach) {
+      record_lower_bound(query, box);
       return false;
     }
-    // If it went through the surface since, or was inside, it is at most this deep now.
-    look.depth = max(look.moved - look.last.distance, 0.0);
-    // Looking further than now needed keeps the particle out of the next substeps' queries.
-    look.radius = 4 * look.reach + min(surface.diagonal(), look.depth);
+    // If the particle went through the surface since, or was inside, it is at most this deep now.
+    query.depth = max(query.moved - query.last.distance, 0.0);
+    // A larger search radius than needed now spares queries in the next substeps.
+    query.radius = 4 * query.reach + min(surface.diagonal(), query.depth);
     return true;
   }
 
-  /// The feature that was the nearest, if it is known to be it still.
-  KERNEL const NearFeature* feature_of(const Query& look) const {
-    const int slot = nearby.slot(look.i);
-    if (slot < 0 || !nearby.near[slot].feature.holds(surface.in_near_mesh(look.a))) return nullptr;
-    return &nearby.near[slot].feature;
+  /// The cached closest feature, if it is known to be the closest still; otherwise null.
+  KERNEL const ClosestFeature* cached_feature(const Query& query) const {
+    const int slot = cache.slot(query.i);
+    if (slot < 0 || !cache.near[slot].feature.is_valid_at(surface.relative_to_centre(query.a))) return nullptr;
+    return &cache.near[slot].feature;
   }
 
-  /// Keeps the nearest feature for looks to come; `holds(wall, error)`: see PointTriangleBatch::holds_within.
-  template <class Holds>
-  KERNEL void keep_feature(const Query& look, const Holds& holds) const {
-    const int slot = nearby.slot(look.i);
-    if (slot < 0 || look.near.triangle < 0 || look.moved > kSlow * thickness) return;
-    NearFeature feature = surface.feature(look.near);
-    if (feature.kind == NearFeature::Point) return;
-    const OctreeNode& cell = surface.cells.cells[look.cell];
-    feature.at = surface.in_near_mesh(look.a);
-    feature.radius = holds(distance_to_cell_boundary(surface.cells, cell, feature.at), double(cell.error));
-    nearby.near[slot].feature = feature;
+  /// Caches the closest feature for later queries; validity_radius(wall, error): see
+  /// PointTriangleBatch::validity_radius.
+  template <class ValidityRadius>
+  KERNEL void cache_feature(const Query& query, const ValidityRadius& validity_radius) const {
+    const int slot = cache.slot(query.i);
+    if (slot < 0 || query.near.triangle < 0 || query.moved > kSlow * thickness) return;
+    ClosestFeature feature = surface.feature(query.near);
+    if (feature.kind == ClosestFeature::Point) return;
+    const OctreeNode& cell = surface.cells.cells[query.cell];
+    feature.at = surface.relative_to_centre(query.a);
+    feature.radius = validity_radius(distance_to_cell_boundary(surface.cells, cell, feature.at), double(cell.error));
+    cache.near[slot].feature = feature;
   }
 
-  /// Nothing is nearer than that.
-  KERNEL void record_lower_bound(const Query& look, double distance) const {
-    nearby.see(look.i, {look.a, distance, -1, look.last.tunnel_offset});
+  /// Records that no surface is nearer than `distance`.
+  KERNEL void record_lower_bound(const Query& query, double distance) const {
+    cache.store(query.i, {query.a, distance, -1, query.last.tunnel_offset});
   }
-  KERNEL void remember(const Query& look, const ClosestPointRecord& last) const {
-    nearby.see(look.i, last);
-    const int slot = nearby.slot(look.i);
-    if (slot >= 0) nearby.near[slot].cell = look.cell;
+  KERNEL void store_record(const Query& query, const ClosestPointRecord& last) const {
+    cache.store(query.i, last);
+    const int slot = cache.slot(query.i);
+    if (slot >= 0) cache.near[slot].cell = query.cell;
   }
 
   KERNEL Point towards(const ClosestPoint& near, const Point& from) const {
@@ -104,85 +106,86 @@ struct ContactQuery {
   KERNEL double signed_distance(const ClosestPoint& near, const Point& a, const Point& outward) const {
     return dot(outward, a - near.q) < 0 ? -near.distance : near.distance;
   }
-  /// The gradient of the distance, or on the surface itself, where that has no direction, its normal.
+  /// The gradient of the distance; on the surface itself, where it is undefined, the normal.
   KERNEL Point direction(const ClosestPoint& near, const Point& a, const Point& outward, double distance) const {
-    if (near.distance < kOn * thickness) return outward;
+    if (near.distance < kOnSurface * thickness) return outward;
     return (a - near.q) * (1 / distance);
   }
-  /// The plane at the nearest point stands for the surface only on a short way: on a long one it would stop what passes
-  /// a corner.
-  KERNEL bool goes_far(const Query& look, double distance) const {
+  /// Returns true if the path is so long that the plane at the closest point no longer represents the surface: it would
+  /// stop a particle that passes a corner.
+  KERNEL bool needs_sweep(const Query& query, double distance) const {
     const double clearance = max(thickness, distance);
-    return look.path > max(clearance / 2, clearance - thickness);
+    return query.path > max(clearance / 2, clearance - thickness);
   }
 
-  /// The overlap that a particle may keep, in m: what is nearer than the thickness when it is first seen, on either
-  /// side of the surface, stays as near until it opens by itself. To lift it would stretch a body of which it is a
-  /// part, and so give it speed.
-  KERNEL double overlap_of(const Query& look, double distance) const {
-    const double lacks = max(0.0, thickness - distance);
-    if (look.last.distance > -INFINITY) return min(lacks, look.last.overlap);
-    return lacks > 2 * thickness ? (1 - kLeast) * thickness : lacks;
+  /// The overlap that a particle may keep, m. A particle that is nearer than the thickness at its first query, on
+  /// either side of the surface, stays as near until it moves away by itself: pushing it out would stretch its body and
+  /// give it velocity.
+  KERNEL double allowed_overlap(const Query& query, double distance) const {
+    const double missing = max(0.0, thickness - distance);
+    if (query.last.distance > -INFINITY) return min(missing, query.last.overlap);
+    return missing > 2 * thickness ? (1 - kMinDistance) * thickness : missing;
   }
   /// The distance that a particle must keep, m; negative inside.
-  KERNEL double least_distance(const ClosestPointRecord& last) const { return thickness - last.overlap; }
+  KERNEL double required_distance(const ClosestPointRecord& last) const { return thickness - last.overlap; }
 
-  /// Stores what the query found at the nearest point. `depenetrate(look, q, n, last)` moves a particle that starts too
-  /// near out to its least distance, if it can; `sweep(i, outward)` follows a path that goes far.
+  /// Stores what the query found at the nearest point. `depenetrate(query, q, n, last)` moves a particle that starts
+  /// too near out to its least distance, if it can; `sweep(i, outward)` follows a path that goes far.
   template <class Depenetrate, class Sweep>
-  KERNEL void finish(const Query& look, const ClosestPoint& near, const Point& outward, const Depenetrate& depenetrate,
+  KERNEL void finish(const Query& query, const ClosestPoint& near, const Point& outward, const Depenetrate& depenetrate,
                      const Sweep& sweep) const {
-    const int i = look.i;
-    const Point& a = look.a;
+    const int i = query.i;
+    const Point& a = query.a;
     const double distance = signed_distance(near, a, outward);
-    if (distance > look.reach) return record_lower_bound(look, distance);
-    ClosestPointRecord last{a, distance, near.triangle, look.last.tunnel_offset, overlap_of(look, distance)};
-    // beyond the rim of a sheet there is no inside
-    if (distance < 0 && near.boundary) return remember(look, last);
+    if (distance > query.reach) return record_lower_bound(query, distance);
+    ClosestPointRecord last{a, distance, near.triangle, query.last.tunnel_offset, allowed_overlap(query, distance)};
+    // Beyond the boundary of a sheet there is no inside.
+    if (distance < 0 && near.boundary) return store_record(query, last);
 
     const Point n = direction(near, a, outward, distance);
     const Vector3<R> x = particles.x[i], p = particles.p[i];
-    const bool lies_deep = distance < least_distance(last) && !depenetrate(look, near.q, n, last) && distance < 0;
-    // Behind a sheet it still belongs before it, and on one that has two sides, on that on which it was seen first.
-    if (lies_deep || (sides == Sides::TwoSided && near.distance < kOn * thickness))
-      last.at = near.q + n * (kOn * thickness);
-    remember(look, last);
-    if (goes_far(look, distance)) return sweep(i, outward);
-    set(i, near.q, n);
-    // Of what a look would find again: within twice the thickness it looks however short the way is.
+    const bool lies_deep = distance < required_distance(last) && !depenetrate(query, near.q, n, last) && distance < 0;
+    // A particle behind a sheet still belongs in front of it; at a two-sided sheet, on the side where it was first.
+    if (lies_deep || (sides == Sides::TwoSided && near.distance < kOnSurface * thickness))
+      last.at = near.q + n * (kOnSurface * thickness);
+    store_record(query, last);
+    if (needs_sweep(query, distance)) return sweep(i, outward);
+    set_contact(i, near.q, n);
+    // The contact stays valid for the same position: within twice the thickness every query is made, however short the
+    // path.
     if (distance >= 0 && distance <= 2 * thickness && same(x, particles.x[i]) && same(p, particles.p[i]))
-      nearby.contact(i)->cached_position = x;
+      cache.contact(i)->cached_position = x;
   }
 
   /// Returns true if nothing of the same mesh lies between a particle and its least distance: the ball around it that
-  /// touches the nearest point holds nothing else, but for rounding.
-  KERNEL bool is_free(const ClosestPointRecord& last) const {
-    return !(least_distance(last) - last.distance > 0.99 * last.distance);
+  /// touches the nearest point contains no other surface, up to rounding.
+  KERNEL bool is_unobstructed(const ClosestPointRecord& last) const {
+    return !(required_distance(last) - last.distance > 0.99 * last.distance);
   }
 
-  /// Puts it there, state and prediction alike, so that leaving it gives no velocity (the pre-stabilisation of Macklin
-  /// et al. 2014, section 4.4).
-  KERNEL Vector3<R> shift_out(const Point& n, const ClosestPointRecord& last) const {
-    return rounded<R>(rotate(before, n) * (least_distance(last) - last.distance));
+  /// The shift that moves a particle out to its required distance: both position and prediction, so that it gives no
+  /// velocity (the pre-stabilisation of Macklin et al. 2014, section 4.4).
+  KERNEL Vector3<R> outward_shift(const Point& n, const ClosestPointRecord& last) const {
+    return rounded<R>(rotate(before, n) * (required_distance(last) - last.distance));
   }
-  KERNEL void shift(const Query& look, const Vector3<R>& by, const Point& n, ClosestPointRecord& last) const {
-    const double way = least_distance(last) - last.distance;
-    particles.x.set(look.i, particles.x[look.i] + by);
-    last.at = look.a + n * way;
-    last.distance = max(0.0, last.distance - way);                // of what else is near it is known no better
-    if (dot(n, last.tunnel_offset) < 0) last.tunnel_offset = {};  // not where it leaves by the back
+  KERNEL void shift(const Query& query, const Vector3<R>& by, const Point& n, ClosestPointRecord& last) const {
+    const double way = required_distance(last) - last.distance;
+    particles.x.set(query.i, particles.x[query.i] + by);
+    last.at = query.a + n * way;
+    last.distance = max(0.0, last.distance - way);                // a lower bound: other triangles may be near
+    if (dot(n, last.tunnel_offset) < 0) last.tunnel_offset = {};  // unless it leaves by the back
   }
 
-  KERNEL void set(int i, const Point& q, const Point& n) const {
+  KERNEL void set_contact(int i, const Point& q, const Point& n) const {
     const Point x = in_double(particles.x[i]), end = to_world(after, q);
-    const double above = least_distance(nearby.near[nearby.slot(i)].seen);
-    // What rests on q lies so much above it, and there a turning mesh is faster than at q.
+    const double above = required_distance(cache.near[cache.slot(i)].record);
+    // A particle that rests on q is this much above it, where a rotating mesh moves faster than at q.
     const Point rest = q + n * above, surface_moved = to_world(after, rest) - to_world(before, rest);
     const Point normal = rotate(after, n);
     const Point relative = in_double(particles.p.d[i]) - surface_moved;
-    Contact<R>& contact = *nearby.contact(i);
+    Contact<R>& contact = *cache.contact(i);
     contact.plane = {R(normal.x), R(normal.y), R(normal.z), R(dot(normal, end - x) + above)};
-    const R approach = R(dot(in_double(contact.plane.xyz()), relative));  // as InvalidateContacts has it
+    const R approach = R(dot(in_double(contact.plane.xyz()), relative));  // as InvalidateContacts computes it
     contact.surface = {R(surface_moved.x), R(surface_moved.y), R(surface_moved.z), approach};
   }
 };

@@ -1,166 +1,169 @@
 // SPDX-License-Identifier: Apache-2.0
-// On a device: of the particles that may touch an environment mesh, those are answered that need no more than the
-// mesh's lists. The others are left to the host, which asks Embree (find_contact.h). Both leave the same.
+// Contact queries on a device: they use the octree of an environment mesh only. Particles for which that is not enough
+// are left to the host, which queries Embree (find_contact.h). Both store the same records and contacts.
 #pragma once
 #include "host/environment/contact_query.h"
 #include "kernels/environment/broad_phase.h"
 
 namespace malha {
 
-/// A word that other threads change, too, has the bit.
-KERNEL void set_bit(unsigned long long* word, unsigned long long bit) {
+/// Sets a bit of a mask that other threads change too.
+KERNEL void set_bit(unsigned long long* mask, unsigned long long bit) {
 #if defined(__CUDA_ARCH__)
-  atomicOr(word, bit);
+  atomicOr(mask, bit);
 #else
-  __atomic_fetch_or(word, bit, __ATOMIC_RELAXED);
+  __atomic_fetch_or(mask, bit, __ATOMIC_RELAXED);
 #endif
 }
-KERNEL void clear_bit(unsigned long long* word, unsigned long long bit) {
+/// Clears a bit of a mask that other threads change too.
+KERNEL void clear_bit(unsigned long long* mask, unsigned long long bit) {
 #if defined(__CUDA_ARCH__)
-  atomicAnd(word, ~bit);
+  atomicAnd(mask, ~bit);
 #else
-  __atomic_fetch_and(word, ~bit, __ATOMIC_RELAXED);
+  __atomic_fetch_and(mask, ~bit, __ATOMIC_RELAXED);
 #endif
 }
 
-/// A bit for each particle, a word for each kGroupSize of them.
-struct ListBits {
-  unsigned long long* asked;       // about at this mesh; answered: no longer
-  const unsigned long long* left;  // not answered at the mesh before: the host may still move them, and goes on with
-                                   // them here; null: this is the first
-  const unsigned long long* once;  // asked about at one mesh alone
-  unsigned long long* lifted;      // on the way, so that later meshes are asked, too
+/// Masks of the queries at one mesh: a bit for each particle.
+struct QueryMasks {
+  unsigned long long* pending;             // to be queried at this mesh; cleared when answered
+  const unsigned long long* left_to_host;  // left to the host at the mesh before: it may still move them, and queries
+                                           // them here too; null: this is the first mesh
+  const unsigned long long* single_mesh;   // to be queried at one mesh alone
+  unsigned long long* lifted;              // moved at an earlier mesh, so that later meshes are queried too
 };
 
-/// Of a word: which of its particles one mesh alone asks about. No other is lifted yet.
-struct FindAskedOnce {
-  ActiveMask questions;
-  unsigned long long *once, *lifted;
-  KERNEL void operator()(int word) const {
+/// Finds the particles of a group that are queried at one mesh alone, and clears `lifted`.
+struct FindSingleMeshParticles {
+  ActiveMask masks;
+  unsigned long long *single_mesh, *lifted;
+  KERNEL void operator()(int g) const {
     unsigned long long any = 0, more = 0;
-    for (int q = 0; q < questions.count; ++q) {
-      const unsigned long long of = questions.of(q, word);
+    for (int q = 0; q < masks.count; ++q) {
+      const unsigned long long of = masks.of(q, g);
       more |= any & of, any |= of;
     }
-    once[word] = any & ~more, lifted[word] = 0;
+    single_mesh[g] = any & ~more, lifted[g] = 0;
   }
 };
 
-/// The words of particles that are going to be answered get places of their own, where any of them comes near.
+/// Allocates entries for groups with a particle that will be queried and may be near.
 template <class R>
-struct GivePlaces : ContactQuery<R> {
-  ListBits bits;
-  GivePlaces(const ContactQuery<R>& look, const ListBits& of) : ContactQuery<R>(look), bits(of) {}
+struct AllocateEntries : ContactQuery<R> {
+  QueryMasks bits;
+  AllocateEntries(const ContactQuery<R>& query, const QueryMasks& of) : ContactQuery<R>(query), bits(of) {}
 
-  KERNEL void operator()(int word) const {
-    if (this->nearby.which[word] >= 0) return;
-    unsigned long long rest = (bits.asked[word] | bits.lifted[word]) & ~(bits.left ? bits.left[word] : 0);
+  KERNEL void operator()(int g) const {
+    if (this->cache.entry_index[g] >= 0) return;
+    unsigned long long rest = (bits.pending[g] | bits.lifted[g]) & ~(bits.left_to_host ? bits.left_to_host[g] : 0);
     bool near = false;
-    typename ContactQuery<R>::Query look;
+    typename ContactQuery<R>::Query query;
     for (; rest != 0 && !near; rest &= rest - 1) {
-      const int i = word * kGroupSize + lowest_bit(rest);
-      near = this->particles.w[i] > R(0) && this->comes_near(i, look);
+      const int i = g * kGroupSize + lowest_bit(rest);
+      near = this->particles.w[i] > R(0) && this->may_be_near(i, query);
     }
-    if (near) this->nearby.give_places(word, this->particles, this->before);
+    if (near) this->cache.allocate_entries(g, this->particles, this->before);
   }
 };
 
+/// Answers the queries of particles by the octree of a mesh, where that is enough.
 template <class R>
-struct AnswerByLists : ContactQuery<R> {
+struct QueryOctree : ContactQuery<R> {
   using Query = typename ContactQuery<R>::Query;
-  ListBits bits;
-  double most_lift;  // m: no farther is a particle lifted here, near to no other mesh
+  QueryMasks bits;
+  double max_lift;  // m: limit of depenetration here; farther, another mesh may be in reach
 
-  AnswerByLists(const ContactQuery<R>& look, const ListBits& of, double most)
-      : ContactQuery<R>(look), bits(of), most_lift(most) {}
+  QueryOctree(const ContactQuery<R>& query, const QueryMasks& of, double max)
+      : ContactQuery<R>(query), bits(of), max_lift(max) {}
 
   KERNEL void operator()(int i) const {
-    const int word = i / kGroupSize;
+    const int g = i / kGroupSize;
     const unsigned long long bit = 1ull << i % kGroupSize;
-    const bool asked = bits.asked[word] & bit;
-    if (bits.left && bits.left[word] & bit) return asked ? void() : set_bit(bits.asked + word, bit);
-    const bool comes_lifted = bits.lifted[word] & bit;
-    if (!asked && !comes_lifted) return;
-    const bool answered = !(this->particles.w[i] > R(0)) || answers(i, bits.once[word] & bit && !comes_lifted);
-    if (answered && asked) clear_bit(bits.asked + word, bit);
-    if (!answered && !asked) set_bit(bits.asked + word, bit);
+    const bool pending = bits.pending[g] & bit;
+    if (bits.left_to_host && bits.left_to_host[g] & bit) return pending ? void() : set_bit(bits.pending + g, bit);
+    const bool comes_lifted = bits.lifted[g] & bit;
+    if (!pending && !comes_lifted) return;
+    const bool is_answered = !(this->particles.w[i] > R(0)) || answer(i, bits.single_mesh[g] & bit && !comes_lifted);
+    if (is_answered && pending) clear_bit(bits.pending + g, bit);
+    if (!is_answered && !pending) set_bit(bits.pending + g, bit);
   }
 
  private:
-  /// `alone`: no other mesh is near.
-  KERNEL bool answers(int i, bool alone) const {
+  /// Answers a query, or returns false: it is left to the host. `alone`: no other mesh is near.
+  KERNEL bool answer(int i, bool alone) const {
     const SurfaceView& surface = this->surface;
-    Query look;
-    if (!this->begin(i, look)) return true;
-    const NearFeature* const kept = this->feature_of(look);
+    Query query;
+    if (!this->begin_query(i, query)) return true;
+    const ClosestFeature* const cached = this->cached_feature(query);
     ClosestPoint near;
-    double distance;  // as it was compared
-    if (kept) {
-      near = surface.of_feature(*kept, look.a), distance = near.distance;
+    double distance;  // as the search compared it
+    if (cached) {
+      near = surface.closest_point_on(*cached, query.a), distance = near.distance;
     } else {
-      look.cell = surface.cell_of(look.a, look.cell);
-      if (look.cell == 0) return false;
-      look.near = surface.template nearest<OneLane>(look.a, look.cell);
-      if (look.near.triangle < 0) return false;
-      near = surface.of_feature(surface.feature(look.near), look.a), distance = look.near.distance;
+      query.cell = surface.cell_of(query.a, query.cell);
+      if (query.cell == 0) return false;
+      query.near = surface.template nearest<OneLane>(query.a, query.cell);
+      if (query.near.triangle < 0) return false;
+      near = surface.closest_point_on(surface.feature(query.near), query.a), distance = query.near.distance;
     }
-    if (!(distance <= look.reach) && !(look.depth > 0)) {
-      const double least = surface.known_least(look.a);
-      if (least < 0) return false;  // the host finds out
-      if (least > look.reach) {     // a coarse bound tells that it cannot touch
-        this->record_lower_bound(look, least);
+    if (!(distance <= query.reach) && !(query.depth > 0)) {
+      const double least = surface.known_lower_bound(query.a);
+      if (least < 0) return false;  // the host computes one
+      if (least > query.reach) {    // a coarse bound rules out contact
+        this->record_lower_bound(query, least);
         return true;
       }
     }
-    if (!(distance < look.radius))
-      this->record_lower_bound(look, look.radius);
-    else if (!finishes(look, near, alone))
+    if (!(distance < query.radius))
+      this->record_lower_bound(query, query.radius);
+    else if (!finish_here(query, near, alone))
       return false;
-    if (!kept)
-      this->keep_feature(look,
-                         [&](double wall, double error) KERNEL_LAMBDA { return holds_within(look, wall, error); });
+    if (!cached)
+      this->cache_feature(query,
+                          [&](double wall, double error) KERNEL_LAMBDA { return validity_radius(query, wall, error); });
     return true;
   }
 
-  KERNEL bool finishes(const Query& look, const ClosestPoint& near, bool alone) const {
-    if (asks_the_side(look)) return false;
-    const Point outward = this->towards(near, look.a);
-    if (asks_more(look, near, this->signed_distance(near, look.a, outward), alone)) return false;
+  KERNEL bool finish_here(const Query& query, const ClosestPoint& near, bool alone) const {
+    if (needs_side_test(query)) return false;
+    const Point outward = this->towards(near, query.a);
+    if (needs_host(query, near, this->signed_distance(near, query.a, outward), alone)) return false;
     const auto lift = [this](const Query& of, const Point&, const Point& n, ClosestPointRecord& last) KERNEL_LAMBDA {
       set_bit(bits.lifted + of.i / kGroupSize, 1ull << of.i % kGroupSize);
-      this->shift(of, this->shift_out(n, last), n, last);
+      this->shift(of, this->outward_shift(n, last), n, last);
       return true;
     };
-    this->finish(look, near, outward, lift, [](int, const Point&) KERNEL_LAMBDA {});
+    this->finish(query, near, outward, lift, [](int, const Point&) KERNEL_LAMBDA {});
     return true;
   }
 
-  /// As PointTriangleBatch::holds_within: one triangle of the list after the other.
-  KERNEL double holds_within(const Query& look, double wall, double error) const {
-    const NearMesh& mesh = this->surface.cells;
-    const OctreeNode& cell = mesh.cells[look.cell];
-    const Point p = this->surface.in_near_mesh(look.a);
-    const FeatureValidityRadius holds(mesh, p, look.near, error);
+  /// Computes PointTriangleBatch::validity_radius: one triangle of the list after the other.
+  KERNEL double validity_radius(const Query& query, double wall, double error) const {
+    const OctreeView& mesh = this->surface.cells;
+    const OctreeNode& cell = mesh.cells[query.cell];
+    const Point p = this->surface.relative_to_centre(query.a);
+    const FeatureValidityRadius validity(mesh, p, query.near, error);
     double radius = wall - error;
     for (int k = cell.first; k < cell.first + cell.count && radius > 0; ++k) {
-      const Point q = nearest_of_listed(mesh, p, mesh.lists + k, 1).q, d = p - q;
-      const double margin = holds.of(mesh.lists[k], q, dot(d, d), radius);
+      const Point q = closest_points_on(mesh, p, mesh.lists + k, 1).q, d = p - q;
+      const double margin = validity.radius_for(mesh.lists[k], q, dot(d, d), radius);
       if (!(margin >= radius)) radius = margin > 0 ? margin : -1;
     }
     return radius;
   }
 
-  /// Whether it may have been dragged through.
-  KERNEL bool asks_the_side(const Query& look) const {
-    return this->sides == Sides::TwoSided && look.last.distance > -INFINITY && look.last.distance < INFINITY &&
-           look.moved >= look.last.distance;
+  /// Returns true if the particle may have been dragged through a two-sided sheet.
+  KERNEL bool needs_side_test(const Query& query) const {
+    return this->sides == Sides::TwoSided && query.last.distance > -INFINITY && query.last.distance < INFINITY &&
+           query.moved >= query.last.distance;
   }
-  /// Whether the rim, or a way that goes far, is to be looked at: what finish() would do where it is not.
-  KERNEL bool asks_more(const Query& look, const ClosestPoint& near, double distance, bool alone) const {
-    if (distance > look.reach || (distance < 0 && near.boundary)) return false;
-    const ClosestPointRecord last{look.a, distance, near.triangle, {}, this->overlap_of(look, distance)};
-    const double lift = this->least_distance(last) - distance;
-    return (lift > 0 && (!alone || lift > most_lift || !this->is_free(last))) || this->goes_far(look, distance);
+  /// Returns true if finish() would need what only the host can do: an obstructed depenetration, or a sweep.
+  KERNEL bool needs_host(const Query& query, const ClosestPoint& near, double distance, bool alone) const {
+    if (distance > query.reach || (distance < 0 && near.boundary)) return false;
+    const ClosestPointRecord last{query.a, distance, near.triangle, {}, this->allowed_overlap(query, distance)};
+    const double lift = this->required_distance(last) - distance;
+    return (lift > 0 && (!alone || lift > max_lift || !this->is_unobstructed(last))) ||
+           this->needs_sweep(query, distance);
   }
 };
 

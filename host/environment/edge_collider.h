@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Contacts of deformable bodies with edges and corners of the environment. Made only for scenes with objects that name
+// Collider of deformable bodies with edges and corners of the environment. Made only for scenes with objects that name
 // "edges".
 #pragma once
 #include <array>
@@ -37,31 +37,32 @@ class EdgeCollider {
     for (auto& group : groups_) group.solve_contacts(particles);
   }
 
-  /// The end of a substep: nothing crosses. `pushes`: whether what would may first be pushed. Notes what is held in
-  /// `held`, by numbers of groups. Returns whether anything moved.
-  bool hold_apart(const Particles<R>& particles, bool pushes, HeldByEdges<R> held) {
+  /// Final guard: no primitives intersect afterwards. can_project: whether contacts may be projected first. Marks
+  /// truncated particles in `marks`, by numbers of groups. Returns whether anything moved.
+  bool resolve_intersections(const Particles<R>& particles, bool can_project, KinematicMarks<R> marks) {
     bool any = false;
     for (int round = 0; round < kRounds; ++round) {
       bool moved = false;
-      for (held.number = 0; held.number < groups(); ++held.number)
-        moved = groups_[held.number].hold_apart(particles, pushes && round == 0, held) || moved;
+      for (marks.number = 0; marks.number < groups(); ++marks.number)
+        moved = groups_[marks.number].resolve_intersections(particles, can_project && round == 0, marks) || moved;
       any = any || moved;
       if (!moved || (groups_.size() == 1 && round == 0)) break;
     }
     return any;
   }
 
-  /// Adds how each group moves in this substep.
+  /// Appends the motion of each group in this substep.
   void append_motion(std::vector<Pose>& motion) const {
-    for (const auto& group : groups_) motion.push_back(group.moves());
+    for (const auto& group : groups_) motion.push_back(group.motion());
   }
 
-  /// What is nearer than is wanted now stays as near until it opens by itself.
+  /// Lets particles that are nearer than the minimum distance now keep their distance until they move away by
+  /// themselves.
   void keep_overlaps() {
     for (auto& group : groups_) group.keep_overlaps();
   }
 
-  /// Where all is now is where the next substep begins.
+  /// Stores the positions from which the next substep starts.
   void end_substep(const Particles<R>& particles) {
     parallel_for(executor_, particles.count, CopyPoints<R, Displaced<R>>{particles.p, x0_.points()});
   }
@@ -83,7 +84,7 @@ class EdgeCollider {
     return sum;
   }
 
-  /// It copies what a later substep depends on, for checkpoints.
+  /// The state that later substeps depend on, for checkpoints.
   EdgeMemory<R> save_state() const {
     EdgeMemory<R> memory;
     memory.x0 = x0_.template download<std::array<R, 3>>();
@@ -97,7 +98,7 @@ class EdgeCollider {
   int groups() const { return static_cast<int>(groups_.size()); }
 
  private:
-  static constexpr int kRounds = 8;  // of groups that move apart, where they jam what is between them
+  static constexpr int kRounds = 8;  // of the groups in turn, where they jam a body between them
 
   Executor executor_;
   ScatteredArray<Executor, R> x0_;

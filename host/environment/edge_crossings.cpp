@@ -31,7 +31,7 @@ Surfaces surfaces_of(const Mesh& mesh, const std::vector<Vec3>& x) {
   return {x, edges(triangular), triangles(mesh)};
 }
 
-/// Edges of the one that go through faces of the other; `first`: the first of them, where it is not known.
+/// Counts edges of one surface that go through faces of the other. Sets `first` to the first of them, unless it is set.
 std::int64_t count_through(const Surfaces& one, const Surfaces& other, Edge& first) {
   std::vector<BoundingBox> boxes;
   for (const Triangle& face : other.faces) boxes.push_back(bounds_of(other.x, face));
@@ -50,7 +50,7 @@ std::int64_t count_through(const Surfaces& one, const Surfaces& other, Edge& fir
   return count;
 }
 
-/// Calls found(object, body, count, an edge of the body or {-1, -1}) for those that cross.
+/// Calls found(object, body, count, an edge of the body or {-1, -1}) for every object and body that cross.
 template <class Found>
 void for_each_crossing(const Model& model, const std::vector<Vec3>& user, double time, const Found& found) {
   const RenderMesh& look = model.look;

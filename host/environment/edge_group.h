@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Deformable bodies against edges and corners of environment objects that move together: pairs, their projection, and
-// the guarantee that nothing crosses, all in the objects' frame, where only particles move.
+// Collision of deformable bodies with edges and corners of environment objects that move together: candidates,
+// contacts, their projection, and the final guard, all in the objects' frame, where only particles move.
 #pragma once
 #include <algorithm>
 #include <array>
@@ -31,16 +31,16 @@ class EdgeGroup {
     EdgeSurface surface = edge_surface(objects);
     centre_ = {surface.centre[0], surface.centre[1], surface.centre[2]};
     facts_.edges = surface.edges, facts_.corners = surface.corners;
-    std::vector<EdgeRules<R>> rules;
+    std::vector<EdgeContactParams<R>> params;
     double widest = 0;
     for (const EnvironmentMesh* object : objects) {
-      rules.push_back({R(kWanted * object->spec.thickness), R(object->spec.friction)});
+      params.push_back({R(kMinDistance * object->spec.thickness), R(object->spec.friction)});
       widest = std::max(widest, object->spec.thickness);
     }
-    rules_ = Array<Executor, EdgeRules<R>>(rules);
-    min_distance_ = R(kWanted * widest), margin_ = R(kMargin * widest), slack_ = R(kSlack * widest);
+    params_ = Array<Executor, EdgeContactParams<R>>(params);
+    min_distance_ = R(kMinDistance * widest), margin_ = R(kMargin * widest), slack_ = R(kSlack * widest);
     least_ = R(kLeastGap * widest);
-    path_ = Array<Executor, BoxNode>(surface.path);
+    bvh_ = Array<Executor, BoxNode>(surface.path);
     for (Simplex& t : surface.triangles)
       for (int& corner : t.corner) corner += particles_;
     triangles_ = Array<Executor, Simplex>(surface.triangles);
@@ -61,11 +61,11 @@ class EdgeGroup {
     x_then_ = Points4(n), d_then_ = Points4(n);
     object_ = Array<Executor, int>(object), boxes_ = Array<Executor, Box<R>>(boxes);
     w_ = Array<Executor, R>(all, R(0));
-    near_ = Array<Executor, unsigned char>(n, 0);
-    place_ = Array<Executor, int>(bodies.size(), 0);
+    has_candidates_ = Array<Executor, unsigned char>(n, 0);
+    offset_ = Array<Executor, int>(bodies.size(), 0);
   }
 
-  /// Lays the contacts for x0 -> p, x0 the last positions in which nothing crossed; from `start` to `end` (s).
+  /// Detects the contacts for x0 -> p, x0 the last positions without intersections; from `start` to `end` (s).
   void detect_contacts(const Particles<R>& particles, const ScatteredPoints<R>& x0, double start, double end) {
     before_ = {pose_at(motion_, start), centre_};
     after_ = {pose_at(motion_, end), centre_};
@@ -79,56 +79,58 @@ class EdgeGroup {
   void solve_contacts(const Particles<R>& particles) {
     if (contacts_.found() == 0) return;
     store_motion(particles);
-    contacts_.project(particles.p, w_.data(), moved_.points(), ObjectFriction<R>{rules_.data(), object_.data()},
+    contacts_.project(particles.p, w_.data(), moved_.points(), ObjectFriction<R>{params_.data(), object_.data()},
                       TurnToWorld{after_.pose});
   }
 
-  /// Puts apart what would cross at the end of the substep: pushed if that is enough (and `pushes`), held otherwise:
-  /// then what is `held` rests, where others ask for it. Returns whether anything moved.
-  bool hold_apart(const Particles<R>& particles, bool pushes, const HeldByEdges<R>& held) {
+  /// Final guard: resolves intersections at the end of the substep, by projection if that is enough (and can_project),
+  /// by truncation otherwise; truncated particles are marked in `marks` if that is enabled, and rest then. Returns
+  /// whether anything moved.
+  bool resolve_intersections(const Particles<R>& particles, bool can_project, const KinematicMarks<R>& marks) {
     store_motion(particles);
-    const auto out_of_reach = [&] {
-      const CountOutOfReach<R> count{x_.points(),      moved_.points(), d_.points(), x_then_.points(),
-                                     d_then_.points(), margin_,         slack_,      near_.data()};
+    const auto leaves_bounds = [&] {
+      const CountBoundsViolations<R> count{x_.points(),      moved_.points(), d_.points(), x_then_.points(),
+                                           d_then_.points(), margin_,         slack_,      has_candidates_.data()};
       return parallel_reduce<Sum>(executor_, particles_, count).value > 0;
     };
-    if (out_of_reach()) {
-      contacts_.keep_pushed();
+    if (leaves_bounds()) {
+      contacts_.cache_pushed();
       update_contacts(particles);
       ++facts_.laid_again;
     }
     if (contacts_.found() == 0) return false;
     const DivisionPlanes<R> planes{x_.points(), moved_.points(), least_};
-    double left = contacts_.crossing(planes, w_.data());
+    double left = contacts_.count_violations(planes, w_.data());
     if (!(left > 0)) return false;
-    for (int more = 0; pushes && left > 0 && more < kMoreProjections; ++more) {
+    for (int more = 0; can_project && left > 0 && more < kMoreProjections; ++more) {
       solve_contacts(particles);
       store_motion(particles);
-      if (out_of_reach()) {
-        contacts_.keep_pushed();
+      if (leaves_bounds()) {
+        contacts_.cache_pushed();
         update_contacts(particles);
       }
-      left = contacts_.crossing(planes, w_.data());
+      left = contacts_.count_violations(planes, w_.data());
     }
     if (!(left > 0)) return true;
     ++facts_.held;
-    contacts_.hold(left, planes, PlaceLocal<R>{particles.p, after_, held}, held.any(), w_.data());
+    contacts_.truncate(left, planes, SetFromLocal<R>{particles.p, after_, marks}, marks.is_enabled(), w_.data());
     return true;
   }
 
-  /// What is nearer than is wanted now stays as near until it opens by itself.
+  /// Lets particles that are nearer than the minimum distance now keep their distance until they move away by
+  /// themselves.
   void keep_overlaps() {
     parallel_for(executor_, particles_, ResetContactDistances<R>{x_.points().of, min_distance_}, kGrain);
     overlaps_ = true;
   }
 
-  /// Contacts that pushed in the last substep.
+  /// Number of contacts that pushed in the last substep.
   int contacts() const { return contacts_.pushed(); }
 
-  /// The objects, in this substep: from the world to the world.
-  Pose moves() const { return from_to(before_.pose, after_.pose); }
+  /// Motion of the objects in this substep, from the world to the world.
+  Pose motion() const { return from_to(before_.pose, after_.pose); }
 
-  /// Adds what a later substep depends on.
+  /// Appends the state that later substeps depend on.
   void save(EdgeMemory<R>& memory) const {
     const auto from = x_then_.template download<std::array<R, 3>>(),
                way = d_then_.template download<std::array<R, 3>>();
@@ -138,7 +140,7 @@ class EdgeGroup {
     memory.contact_distance.insert(memory.contact_distance.end(), distance.begin(), distance.end());
     memory.valid.push_back(searched_ ? 1 : 0);
   }
-  /// Goes on from what the group-th of them saved; a search is made again, and finds the same.
+  /// Restores the state of the group-th group; repeats its search, which finds the same candidates.
   void restore_state(const EdgeMemory<R>& memory, std::size_t group) {
     searched_ = memory.valid.at(group) != 0;
     const auto own = [&]<class T>(const std::vector<T>& all) {
@@ -159,9 +161,9 @@ class EdgeGroup {
     return facts;
   }
   std::size_t bytes() const {
-    return path_.bytes() + triangles_.bytes() + rules_.bytes() + x_.bytes() + d_.bytes() + moved_.bytes() +
-           x_then_.bytes() + d_then_.bytes() + object_.bytes() + boxes_.bytes() + w_.bytes() + near_.bytes() +
-           place_.bytes() + bodies_.bytes() + sums_.bytes() + candidates_.bytes() + contacts_.bytes();
+    return bvh_.bytes() + triangles_.bytes() + params_.bytes() + x_.bytes() + d_.bytes() + moved_.bytes() +
+           x_then_.bytes() + d_then_.bytes() + object_.bytes() + boxes_.bytes() + w_.bytes() + has_candidates_.bytes() +
+           offset_.bytes() + bodies_.bytes() + sums_.bytes() + candidates_.bytes() + contacts_.bytes();
   }
 
  private:
@@ -169,13 +171,15 @@ class EdgeGroup {
 
   static constexpr int kGrain = ContactList<Executor, R>::kGrain;
   static constexpr int kMoreProjections = 8;
-  static constexpr double kWanted = 0.5;  // of the thickness: what is smooth is left to the faces, which keep all of it
-  static constexpr double kMargin = 0.25;  // of the thickness: constraints may pull as far past the prediction
-  static constexpr double kSlack = 0.12;   // of the thickness: candidates are found that much further
-  static constexpr double kAhead = 8;      // and along the motion of so many substeps
+  static constexpr double kMinDistance =
+      0.5;  // of the thickness; faces keep a whole one, so smooth parts need no edges
+  static constexpr double kMargin =
+      0.25;                               // of the thickness: constraints may move particles as far past the prediction
+  static constexpr double kSlack = 0.12;  // of the thickness: margin of the search for candidates
+  static constexpr double kLookAhead = 8;                // substeps of motion that the search looks ahead
   static constexpr R kDiagonal = R(1.7320508075688772);  // of a cube of side 1
   static constexpr double kLeastGap = 0.01;              // of the thickness
-  static constexpr R kRounding = R(0.99);                // of a slack: what rounding leaves of it
+  static constexpr R kRounding = R(0.99);                // share of the slack that rounding leaves
 
   void store_motion(const Particles<R>& particles) {
     parallel_for(executor_, particles_, MoveLocal<R>{particles.p, after_, x_.points(), moved_.points()}, kGrain);
@@ -183,43 +187,43 @@ class EdgeGroup {
 
   void update_contacts(const Particles<R>& particles) {
     store_motion(particles);
-    const OwnMotion<R> own{moved_.points(),  x_.points(),      d_.points(),
-                           x_then_.points(), d_then_.points(), kRounding * slack_};
+    const CheckCandidateBounds<R> own{moved_.points(),  x_.points(),      d_.points(),
+                                      x_then_.points(), d_then_.points(), kRounding * slack_};
     const double left = parallel_reduce<Sum>(executor_, particles_, own).value;
     if (!searched_ || left > 0) search();
     update_contacts();
   }
 
-  /// Finds candidates that last for some substeps of the present motion.
+  /// Finds candidates that serve several substeps of the present motion.
   void search() {
     parallel_for(executor_, particles_,
-                 StartSearch<R>{x_.points(), d_.points(), x_then_.points(), d_then_.points(), R(kAhead)});
+                 InitCandidateSearch<R>{x_.points(), d_.points(), x_then_.points(), d_then_.points(), R(kLookAhead)});
     search_again();
     ++facts_.searches;
   }
-  /// From where the last one started, with the particles there.
+  /// Repeats the search from its stored start.
   void search_again() {
     box_particles(x_then_.points(), d_then_.points(), max(min_distance_, margin_) + slack_);
-    Memory<Executor>::fill(near_.data(), near_.size(), static_cast<unsigned char>(0));
+    Memory<Executor>::fill(has_candidates_.data(), has_candidates_.size(), static_cast<unsigned char>(0));
     const int n = static_cast<int>(bodies_.size());
-    const auto launch = [&]<bool kLays>() {
+    const auto launch = [&]<bool kStores>() {
       parallel_for(executor_, n,
-                   FindEdgePairs<R, kLays>{{path_.data(), static_cast<int>(path_.size())},
-                                           bodies_.data(),
-                                           triangles_.data(),
-                                           boxes_.data(),
-                                           x_.points(),
-                                           d_then_.points(),
-                                           max(min_distance_, kDiagonal * margin_) + kDiagonal * slack_,
-                                           place_.data(),
-                                           n,
-                                           candidates_found_,
-                                           candidates_.data(),
-                                           near_.data()},
+                   FindEdgePairs<R, kStores>{{bvh_.data(), static_cast<int>(bvh_.size())},
+                                             bodies_.data(),
+                                             triangles_.data(),
+                                             boxes_.data(),
+                                             x_.points(),
+                                             d_then_.points(),
+                                             max(min_distance_, kDiagonal * margin_) + kDiagonal * slack_,
+                                             offset_.data(),
+                                             n,
+                                             candidates_found_,
+                                             candidates_.data(),
+                                             has_candidates_.data()},
                    kGrain / 8);
     };
     launch.template operator()<false>();
-    candidates_found_ = running_sum(executor_, place_.data(), n, sums_);
+    candidates_found_ = running_sum(executor_, offset_.data(), n, sums_);
     candidates_.at_least(static_cast<std::size_t>(candidates_found_));
     if (candidates_found_ > 0) launch.template operator()<true>();
     searched_ = true;
@@ -231,14 +235,14 @@ class EdgeGroup {
 
   void update_contacts() {
     if (candidates_found_ > 0) box_particles(x_.points(), d_.points(), max(min_distance_, margin_));
-    // Of the two sides, one has a margin.
-    const EvaluateCandidate<R> look{
+    // Only one of the two sides moves and has a margin.
+    const EvaluateCandidate<R> evaluate{
         candidates_.data(), {x_.points(), d_.points(), R(0.5) * margin_, boxes_.data()}, {min_distance_, recovery_}};
-    const auto lay = [&] { contacts_.lay(look, candidates_found_, rules_.data(), object_.data(), sums_); };
-    lay();
+    const auto build = [&] { contacts_.build(evaluate, candidates_found_, params_.data(), object_.data(), sums_); };
+    build();
     if (!overlaps_) return;
-    overlaps_ = contacts_.grow_distances(x_.points(), rules_.data(), object_.data(), min_distance_) > 0;
-    lay();
+    overlaps_ = contacts_.grow_distances(x_.points(), params_.data(), object_.data(), min_distance_) > 0;
+    build();
   }
 
   Executor executor_;
@@ -250,17 +254,17 @@ class EdgeGroup {
   ObjectFrame before_{}, after_{};  // at the substep's start and end
   R min_distance_ = 0, margin_ = 0, slack_ = 0, least_ = 0;
   bool searched_ = false;
-  bool overlaps_ = true;  // whether particles may be kept nearer than is wanted
+  bool overlaps_ = true;  // whether contact distances may be below the minimum distance
   int candidates_found_ = 0;
   EdgeStats facts_;
-  Array<Executor, BoxNode> path_;
+  Array<Executor, BoxNode> bvh_;
   Array<Executor, Simplex> triangles_;
-  Array<Executor, EdgeRules<R>> rules_;
-  Points4 x_, d_, moved_, x_then_, d_then_;  // of particles; the first three of points too
-  Array<Executor, int> object_, place_;
+  Array<Executor, EdgeContactParams<R>> params_;
+  Points4 x_, d_, moved_, x_then_, d_then_;  // of particles; the first three also of points
+  Array<Executor, int> object_, offset_;
   Array<Executor, Box<R>> boxes_;
   Array<Executor, R> w_;
-  Array<Executor, unsigned char> near_;
+  Array<Executor, unsigned char> has_candidates_;
   ScratchBuffer<Executor, int> sums_;
   ScratchBuffer<Executor, Candidate> candidates_;
   ContactList<Executor, R> contacts_;

@@ -14,23 +14,24 @@ namespace malha {
 
 namespace {
 
-/// Of the height of the one triangle over the plane of the other: below it they count as flat.
+/// Height of one triangle over the plane of the other, relative: below it the edge counts as flat.
 constexpr double kFlat = 1e-7;
 
+/// Finds the edges and corners of an object that can touch.
 class Features {
  public:
   Features(const Mesh& mesh, Sides sides, int first, EdgeSurface& to) : mesh_(mesh), sides_(sides), to_(to) {
     begin_ = to.triangles.size();
     for (const Triangle& t : triangles(mesh)) to.triangles.push_back({{t[0], t[1], t[2]}, 1 << 6});
     sharp_.assign(mesh.points.size(), 0), rim_.assign(mesh.points.size(), 0);
-    own_edges();
-    own_corners();
+    find_edges();
+    find_corners();
     for (std::size_t t = begin_; t < to.triangles.size(); ++t)
       for (int& corner : to.triangles[t].corner) corner += first;
   }
 
  private:
-  void own_edges() {
+  void find_edges() {
     const auto visit = [&](const auto& add) {
       for (std::size_t t = begin_; t < to_.triangles.size(); ++t)
         for (int k = 0; k < 3; ++k) add(to_.triangles[t].from(k), to_.triangles[t].to(k));
@@ -44,7 +45,7 @@ class Features {
     });
   }
 
-  /// Of an edge of two triangles.
+  /// Returns true if an edge between two triangles can be the first to touch.
   bool can_touch(const Side& a, const Side& b) const {
     const Simplex &s = to_.triangles[begin_ + a.number / 3], &t = to_.triangles[begin_ + b.number / 3];
     const auto opposite = [](const Simplex& of, const Side& side) { return of.corner[(side.number + 2) % 3]; };
@@ -61,14 +62,14 @@ class Features {
     return sides_ != Sides::Solid || !wound_alike || height < 0;
   }
 
-  /// A corner that ends in a point has three sharp edges or more; others lie on an edge or between them.
-  void own_corners() {
-    std::vector<bool> taken(mesh_.points.size(), false);
+  /// A pointed corner has three sharp edges or more; others lie on an edge or between edges.
+  void find_corners() {
+    std::vector<bool> is_owned(mesh_.points.size(), false);
     for (std::size_t t = begin_; t < to_.triangles.size(); ++t)
       for (int k = 0; k < 3; ++k) {
         const int i = to_.triangles[t].corner[k];
-        if (taken[i] || !(rim_[i] || sharp_[i] >= 3)) continue;
-        taken[i] = true;
+        if (is_owned[i] || !(rim_[i] || sharp_[i] >= 3)) continue;
+        is_owned[i] = true;
         to_.triangles[t].has |= 1 << k;
         ++to_.corners;
       }
@@ -82,10 +83,10 @@ class Features {
   std::vector<unsigned char> rim_;
 };
 
-/// Halves at the middle of the longest side of the triangles' middles.
-class PathBuilder {
+/// Builds the BVH by median splits along the longest side of the bounding box of the triangles' centres.
+class BvhBuilder {
  public:
-  explicit PathBuilder(EdgeSurface& surface) : surface_(surface) {
+  explicit BvhBuilder(EdgeSurface& surface) : surface_(surface) {
     for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
       Vec3 middle{};
       for (const int i : surface.triangles[t].corner)
@@ -148,7 +149,7 @@ EdgeSurface edge_surface(const std::vector<const EnvironmentMesh*>& objects) {
   const auto [low, high] = bounds_of(surface.points);
   for (int k = 0; k < 3; ++k) surface.centre[k] = (low[k] + high[k]) / 2;
   for (Vec3& x : surface.points) x = minus(x, surface.centre);
-  PathBuilder{surface};
+  BvhBuilder{surface};
   return surface;
 }
 

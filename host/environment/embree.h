@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The one door to Embree, versions 3 and 4: the rest of the project sees no Embree type and no version.
-// Debian's Embree 3 is built with assertions and ends the process on a NaN, an infinite or an overlarge ray, so every
-// query is looked at here first and answers "no hit" instead.
+// Wrapper of Embree, versions 3 and 4: no other file of the project uses an Embree type or depends on its version.
+// Debian's Embree 3 is built with assertions and aborts on NaN, infinite or overlarge rays, so every query is checked
+// here first and returns "no hit" instead.
 #pragma once
 #if __has_include(<embree4/rtcore.h>)
 #include <embree4/rtcore.h>
@@ -31,15 +31,15 @@ struct Release {
   void operator()(RTCGeometry geometry) const { rtcReleaseGeometry(geometry); }
 };
 
-/// What the error callback heard last. Embree calls back from inside its own handlers and threads, where throwing is
-/// unsafe: the message is kept here and thrown by Device::check on return.
+/// The last error that Embree reported. It calls back from inside its own handlers and threads, where throwing is
+/// unsafe: the message is stored here and thrown by Device::check on return.
 struct ErrorLog {
   std::mutex mutex;
   std::string message;
   RTCError code = RTC_ERROR_NONE;
 };
 
-inline void hear(void* user, RTCError code, const char* text) {
+inline void log_error(void* user, RTCError code, const char* text) {
   auto& log = *static_cast<ErrorLog*>(user);
   const std::lock_guard lock(log.mutex);
   if (log.message.empty()) {
@@ -48,22 +48,22 @@ inline void hear(void* user, RTCError code, const char* text) {
   }
 }
 
-/// Throws what Embree complained about, std::bad_alloc where that was too little memory, as from anyone else.
-[[noreturn]] inline void complain(RTCError code, const std::string& message) {
+/// Throws an Embree error: std::bad_alloc if it ran out of memory, otherwise std::runtime_error.
+[[noreturn]] inline void throw_error(RTCError code, const std::string& message) {
   if (code == RTC_ERROR_OUT_OF_MEMORY) throw std::bad_alloc();
   throw std::runtime_error(message);
 }
 
 /// Embree's own bound for a valid coordinate (its FLT_LARGE is 1.844e18); false for NaN.
-inline bool usable(const std::array<float, 3>& v) {
+inline bool is_valid(const std::array<float, 3>& v) {
   constexpr float kLarge = 1.8e18f;
   return std::fabs(v[0]) <= kLarge && std::fabs(v[1]) <= kLarge && std::fabs(v[2]) <= kLarge;
 }
 
-inline bool usable(const std::array<float, 3>& origin, const std::array<float, 3>& direction, float t_near,
-                   float t_far) {
+inline bool is_valid(const std::array<float, 3>& origin, const std::array<float, 3>& direction, float t_near,
+                     float t_far) {
   const bool moves = direction[0] != 0 || direction[1] != 0 || direction[2] != 0;
-  return usable(origin) && usable(direction) && moves && t_near >= 0 && t_near <= t_far;
+  return is_valid(origin) && is_valid(direction) && moves && t_near >= 0 && t_near <= t_far;
 }
 
 inline void set_ray(RTCRay& ray, const std::array<float, 3>& origin, const std::array<float, 3>& direction,
@@ -93,16 +93,16 @@ class Device {
     device_.reset(rtcNewDevice(("threads=" + std::to_string(threads)).c_str()));
     if (!device_) {
       const RTCError code = rtcGetDeviceError(nullptr);
-      embree_detail::complain(code, "Embree: no device, error " + std::to_string(static_cast<int>(code)));
+      embree_detail::throw_error(code, "Embree: no device, error " + std::to_string(static_cast<int>(code)));
     }
-    rtcSetDeviceErrorFunction(device_.get(), embree_detail::hear, log_.get());
+    rtcSetDeviceErrorFunction(device_.get(), embree_detail::log_error, log_.get());
   }
 
-  /// Throws std::runtime_error with what Embree complained about since the last call; std::bad_alloc for memory.
+  /// Throws the first error that Embree reported since the last call: std::runtime_error, or std::bad_alloc for memory.
   void check() const {
     const std::lock_guard lock(log_->mutex);
     if (log_->message.empty()) return;
-    embree_detail::complain(std::exchange(log_->code, RTC_ERROR_NONE), std::exchange(log_->message, {}));
+    embree_detail::throw_error(std::exchange(log_->code, RTC_ERROR_NONE), std::exchange(log_->message, {}));
   }
 
   RTCDevice get() const { return device_.get(); }
@@ -112,9 +112,9 @@ class Device {
   std::unique_ptr<RTCDeviceTy, embree_detail::Release> device_;
 };
 
-/// Triangles, spheres and capsules to shoot rays at, in ROBUST mode. Add, commit once, then query from any thread.
-/// Every add_* returns the geometry's number (Hit::geometry), or -1 for nothing to add. Throws std::runtime_error on
-/// Embree's errors.
+/// A scene of triangles, spheres and capsules for ray queries, in ROBUST mode. Add, commit once, then query from any
+/// thread. Every add_* returns the geometry's number (Hit::geometry), or -1 for nothing to add. Throws
+/// std::runtime_error on Embree's errors.
 class RayScene {
  public:
   explicit RayScene(const Device& device) : device_(&device), scene_(rtcNewScene(device.get())) {
@@ -213,7 +213,7 @@ struct Hit {
 /// direction, or has t_near < 0 or > t_far.
 inline Hit intersect(const RayScene& scene, const std::array<float, 3>& origin, const std::array<float, 3>& direction,
                      float t_near, float t_far) {
-  if (!embree_detail::usable(origin, direction, t_near, t_far)) return {};
+  if (!embree_detail::is_valid(origin, direction, t_near, t_far)) return {};
   RTCRayHit query;
   embree_detail::set_ray(query.ray, origin, direction, t_near, t_far);
   query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
@@ -236,10 +236,10 @@ inline Hit intersect(const RayScene& scene, const std::array<float, 3>& origin, 
           static_cast<int>(hit.geomID)};
 }
 
-/// Whether anything lies on the ray within [t_near, t_far]; false where intersect would refuse the ray.
+/// Returns true if anything lies on the ray within [t_near, t_far]; false where intersect() would reject the ray.
 inline bool occluded(const RayScene& scene, const std::array<float, 3>& origin, const std::array<float, 3>& direction,
                      float t_near, float t_far) {
-  if (!embree_detail::usable(origin, direction, t_near, t_far)) return false;
+  if (!embree_detail::is_valid(origin, direction, t_near, t_far)) return false;
   RTCRay ray;
   embree_detail::set_ray(ray, origin, direction, t_near, t_far);
 #if RTC_VERSION_MAJOR >= 4
@@ -253,11 +253,11 @@ inline bool occluded(const RayScene& scene, const std::array<float, 3>& origin, 
 }
 
 /// Calls `float on_triangle(int triangle)` for every triangle whose bounding box may lie within `radius` of `point`.
-/// It returns the radius to search from now on; a larger one than before changes nothing. It must not throw: Embree's
+/// The callback returns the radius to search from now on; a larger one changes nothing. It must not throw: Embree's
 /// frames lie in between. Nothing is called for a point or radius that is not finite, or a negative radius.
 template <class F>
 void point_query(const TriangleScene& scene, const std::array<float, 3>& point, float radius, F&& on_triangle) {
-  if (!embree_detail::usable(point) || !(radius >= 0) || !std::isfinite(radius)) return;
+  if (!embree_detail::is_valid(point) || !(radius >= 0) || !std::isfinite(radius)) return;
   RTCPointQuery query;
   query.x = point[0];
   query.y = point[1];
@@ -266,10 +266,10 @@ void point_query(const TriangleScene& scene, const std::array<float, 3>& point, 
   query.radius = radius;
   RTCPointQueryContext context;
   rtcInitPointQueryContext(&context);
-  using Visit = std::remove_reference_t<F>;
+  using Callback = std::remove_reference_t<F>;
   const auto call = [](RTCPointQueryFunctionArguments* arguments) {
-    auto& visit = *static_cast<Visit*>(arguments->userPtr);
-    const float shrunk = visit(static_cast<int>(arguments->primID));
+    auto& callback = *static_cast<Callback*>(arguments->userPtr);
+    const float shrunk = callback(static_cast<int>(arguments->primID));
     if (!(shrunk < arguments->query->radius)) return false;
     arguments->query->radius = shrunk;
     return true;

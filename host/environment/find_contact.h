@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// One particle against one environment mesh: the collision constraint of a substep (Müller et al. 2006, section 3.4: a
-// continuous test along its way, or the closest point where it is inside), as a kernel that asks Embree.
+// Contact detection of particles with one environment mesh on the host, with Embree: the collision constraints of a
+// substep (Müller et al. 2006, section 3.4: a continuous test along the path, or the closest point of particles
+// inside).
 #pragma once
 #include <cmath>
 
@@ -18,187 +19,198 @@ struct MovingSurface {
   double thickness;    // m
   Pose before, after;  // at the substep's start and end
 
-  /// In the substep, from the world to the world.
+  /// Motion in the substep, from the world to the world.
   Pose motion() const { return before.moves ? from_to(before, after) : Pose{}; }
 };
 
-/// Where the way of a particle from x to p over the substep, straight in the mesh's frame, leads through it.
+/// The crossing of a mesh by the path of a particle from x to p in the substep, which is straight in the mesh's frame.
 inline Crossing crossing(const MovingSurface& mesh, const Point& x, const Point& p) {
   return mesh.surface->crossing(to_local(mesh.before, x), to_local(mesh.after, p), 0, mesh.sides != Sides::TwoSided);
 }
 
-/// All environment meshes of a substep, and what is known of the particles near each.
+/// View of all environment meshes of a substep, and the contact cache of each.
 template <class R>
 struct EnvironmentView {
   const MovingSurface* meshes;
   int count;
   Particles<R> particles;
-  const ContactCacheView<R>* nearby;
+  const ContactCacheView<R>* caches;
 };
 
-/// Of the mesh `own` among them.
+/// The contact query of one of the meshes.
 template <class R>
-ContactQuery<R> look_at(const EnvironmentView<R>& in, int own) {
-  const MovingSurface& mesh = in.meshes[own];
-  return {mesh.surface->view(), mesh.sides, mesh.thickness, mesh.before, mesh.after, in.particles, in.nearby[own]};
+ContactQuery<R> query_for(const EnvironmentView<R>& environment, int mesh_index) {
+  const MovingSurface& mesh = environment.meshes[mesh_index];
+  return {mesh.surface->view(),          mesh.sides, mesh.thickness, mesh.before, mesh.after, environment.particles,
+          environment.caches[mesh_index]};
 }
 
-/// Of the mesh `own` among them: the particles that a word of bits names, compiled for an instruction set. First all
-/// their places and cells, then all their contacts: so that memory is waited for once.
+/// Detects the contacts of the particles in a mask with one of the meshes, compiled for an instruction set. It runs in
+/// passes over the particles of a group (positions and cells first, then contacts) so that memory latencies overlap.
 template <class R>
 struct FindContact : ContactQuery<R> {
-  using AsksTheHost = void;
+  using RunsOnHost = void;
   using Base = ContactQuery<R>;
   using Query = typename Base::Query;
-  using Base::surface, Base::sides, Base::thickness, Base::before, Base::after, Base::particles, Base::nearby;
-  EnvironmentView<R> all;
-  int own;
-  const Surface* whole;
+  using Base::surface, Base::sides, Base::thickness, Base::before, Base::after, Base::particles, Base::cache;
+  EnvironmentView<R> environment;
+  int mesh_index;
+  const Surface* mesh_surface;
   const unsigned long long* bits;
 
-  FindContact(const EnvironmentView<R>& in, int mesh, const unsigned long long* those)
-      : Base(look_at(in, mesh)), all(in), own(mesh), whole(in.meshes[mesh].surface), bits(those) {}
+  FindContact(const EnvironmentView<R>& view, int mesh, const unsigned long long* mask)
+      : Base(query_for(view, mesh)),
+        environment(view),
+        mesh_index(mesh),
+        mesh_surface(view.meshes[mesh].surface),
+        bits(mask) {}
 
   template <class Group>
   HOST_KERNEL void operator()(const Group& group) const {
     unsigned long long rest = bits[group.index];
     if (rest == 0) return;
     for (unsigned long long ahead = rest; ahead != 0; ahead &= ahead - 1) {
-      const int slot = nearby.slot(group.index * kGroupSize + lowest_bit(ahead));
-      if (slot >= 0) prefetch(nearby.near + slot, int(sizeof(ProximityRecord)));
+      const int slot = cache.slot(group.index * kGroupSize + lowest_bit(ahead));
+      if (slot >= 0) prefetch(cache.near + slot, int(sizeof(ProximityRecord)));
     }
-    Looks storage;
-    Query* const looks = storage.of;
+    Queries storage;
+    Query* const queries = storage.of;
     int count = 0;
     for (; rest != 0; rest &= rest - 1) {
       const int i = group.index * kGroupSize + lowest_bit(rest);
-      if (particles.w[i] > R(0) && this->begin(i, looks[count]) && !by_feature(looks[count])) ++count;
+      if (particles.w[i] > R(0) && this->begin_query(i, queries[count]) && !answer_by_feature(queries[count])) ++count;
     }
-    for (int k = 0; k < count; ++k) list(looks[k]);
+    for (int k = 0; k < count; ++k) find_candidates(queries[k]);
     for (int k = 0; k < count;) {
-      PointTriangleBatch<typename Group::Isa> pairs(surface.cells);
+      PointTriangleBatch<typename Group::Isa> batch(surface.cells);
       const int first = k;
-      for (; k < count && pairs.has_room(looks[k].listed); ++k)
-        pairs.add(surface.in_near_mesh(looks[k].a), looks[k].list, looks[k].listed);
-      pairs.measure();
+      for (; k < count && batch.has_capacity(queries[k].candidate_count); ++k)
+        batch.add(surface.relative_to_centre(queries[k].a), queries[k].candidates, queries[k].candidate_count);
+      batch.measure();
       for (int j = first; j < k; ++j) {
-        looks[j].near = pairs.nearest(j - first);
-        surface.prefetch_normal(looks[j].near);
+        queries[j].near = batch.nearest(j - first);
+        surface.prefetch_normal(queries[j].near);
       }
-      for (int j = first; j < k; ++j) end(looks[j], pairs, j - first);
+      for (int j = first; j < k; ++j) finish_query(queries[j], batch, j - first);
     }
   }
 
  private:
-  union Looks {  // not filled before they are used
+  union Queries {  // left uninitialised
     Query of[kGroupSize];
-    HOST_KERNEL Looks() {}
+    HOST_KERNEL Queries() {}
   };
 
-  /// Whether the feature that was the nearest is known to be it still.
-  HOST_KERNEL bool by_feature(Query& look) const {
-    const NearFeature* const feature = this->feature_of(look);
+  /// Answers the query by the cached feature. Returns false if there is none that is valid.
+  HOST_KERNEL bool answer_by_feature(Query& query) const {
+    const ClosestFeature* const feature = this->cached_feature(query);
     if (!feature) return false;
-    const ClosestPoint near = surface.of_feature(*feature, look.a);
-    if (near.distance <= look.reach || !leave(look)) end(look, near.distance < look.radius ? near : ClosestPoint{});
+    const ClosestPoint near = surface.closest_point_on(*feature, query.a);
+    if (near.distance <= query.reach || !rule_out_by_grid(query))
+      finish_query(query, near.distance < query.radius ? near : ClosestPoint{});
     return true;
   }
 
-  /// Which triangles are to be compared, by the cell that it is in.
-  HOST_KERNEL void list(Query& look) const {
-    look.cell = surface.cell_of(look.a, look.cell);
-    look.listed = 0;
-    if (look.cell == 0) return;
-    const OctreeNode& cell = surface.cells.cells[look.cell];
-    look.list = surface.cells.lists + cell.first, look.listed = cell.count;
-    prefetch(look.list);
+  /// Sets the candidate triangles of the octree cell of the query.
+  HOST_KERNEL void find_candidates(Query& query) const {
+    query.cell = surface.cell_of(query.a, query.cell);
+    query.candidate_count = 0;
+    if (query.cell == 0) return;
+    const OctreeNode& cell = surface.cells.cells[query.cell];
+    query.candidates = surface.cells.lists + cell.first, query.candidate_count = cell.count;
+    prefetch(query.candidates);
   }
 
   template <class Isa>
-  HOST_KERNEL void end(Query& look, const PointTriangleBatch<Isa>& pairs, int which) const {
-    const bool listed = look.listed > 0;
-    if (!(listed && look.near.distance <= look.reach) && leave(look)) return;
-    end(look, listed ? surface.within(look.radius, look.near, look.a) : ask<Isa>(look));
-    this->keep_feature(look, [&](double wall, double error)
-                                 KERNEL_LAMBDA { return pairs.holds_within(which, look.near, wall, error); });
+  HOST_KERNEL void finish_query(Query& query, const PointTriangleBatch<Isa>& batch, int which) const {
+    const bool has_candidates = query.candidate_count > 0;
+    if (!(has_candidates && query.near.distance <= query.reach) && rule_out_by_grid(query)) return;
+    finish_query(query, has_candidates ? surface.within(query.radius, query.near, query.a) : search_mesh<Isa>(query));
+    this->cache_feature(query, [&](double wall, double error)
+                                   KERNEL_LAMBDA { return batch.validity_radius(which, query.near, wall, error); });
   }
 
-  /// Whether a coarse bound tells that it cannot touch: of what may be inside it does not tell the side.
-  bool leave(const Query& look) const {
-    if (look.depth > 0) return false;
-    const double least = whole->least_distance(look.a);
-    if (!(least > look.reach)) return false;
-    this->record_lower_bound(look, least);
+  /// Returns true if a coarse bound of the distance rules out contact, and records it. It has no sign, so that it says
+  /// nothing about a particle that may be inside.
+  bool rule_out_by_grid(const Query& query) const {
+    if (query.depth > 0) return false;
+    const double least = mesh_surface->distance_lower_bound(query.a);
+    if (!(least > query.reach)) return false;
+    this->record_lower_bound(query, least);
     return true;
   }
 
-  /// Where no list answers. Lists are made for what is near and comes by slowly: others hardly come back.
+  /// Queries the whole mesh where no list answers. Lists are built for particles that are near and slow: others seldom
+  /// come back.
   template <class Isa>
-  ClosestPoint ask(Query& look) const {
-    const bool stays = look.path < 2 * thickness;
-    if (stays && look.last.triangle >= 0) {
-      look.cell = whole->make_cell(look.a);
-      if (look.cell > 0) return surface.within(look.radius, surface.template nearest<Isa>(look.a, look.cell), look.a);
+  ClosestPoint search_mesh(Query& query) const {
+    const bool stays = query.path < 2 * thickness;
+    if (stays && query.last.triangle >= 0) {
+      query.cell = mesh_surface->make_cell(query.a);
+      if (query.cell > 0)
+        return surface.within(query.radius, surface.template nearest<Isa>(query.a, query.cell), query.a);
     }
-    const ClosestPoint near = whole->closest(look.a, look.radius, static_cast<int>(look.last.triangle));
-    if (stays && near.found && near.distance <= look.reach && look.last.triangle < 0)
-      look.cell = whole->make_cell(look.a);
+    const ClosestPoint near = mesh_surface->closest(query.a, query.radius, static_cast<int>(query.last.triangle));
+    if (stays && near.found && near.distance <= query.reach && query.last.triangle < 0)
+      query.cell = mesh_surface->make_cell(query.a);
     return near;
   }
 
-  HOST_KERNEL void end(const Query& look, const ClosestPoint& near) const {
-    if (!near.found) return this->record_lower_bound(look, look.radius);
-    const auto lift_it = [this](const Query& of, const Point& q, const Point& n, ClosestPointRecord& last)
-                             KERNEL_LAMBDA { return depenetrate(of, q, n, last); };
-    const auto sweep_it = [this](int i, const Point& outward) KERNEL_LAMBDA { sweep(i, outward); };
-    this->finish(look, near, side(look, near), lift_it, sweep_it);
+  HOST_KERNEL void finish_query(const Query& query, const ClosestPoint& near) const {
+    if (!near.found) return this->record_lower_bound(query, query.radius);
+    const auto depenetrate_particle = [this](const Query& of, const Point& q, const Point& n, ClosestPointRecord& last)
+                                          KERNEL_LAMBDA { return depenetrate(of, q, n, last); };
+    const auto sweep_path = [this](int i, const Point& outward) KERNEL_LAMBDA { sweep(i, outward); };
+    this->finish(query, near, side_normal(query, near), depenetrate_particle, sweep_path);
   }
 
-  /// The surface's normal on the side on which the particle belongs.
-  HOST_KERNEL Point side(const Query& look, const ClosestPoint& near) const {
-    const ClosestPointRecord& last = look.last;
-    // It may have been dragged through since it was last seen: then it belongs on the side where it was.
-    const bool through = sides == Sides::TwoSided && std::isfinite(last.distance) && look.moved >= last.distance &&
-                         whole->crossing(last.at, look.a, 0, false).hit;
-    return this->towards(near, through ? last.at : look.a);
+  /// The normal of the surface on the side where the particle belongs.
+  HOST_KERNEL Point side_normal(const Query& query, const ClosestPoint& near) const {
+    const ClosestPointRecord& last = query.last;
+    // The particle may have been dragged through since its last query: then it belongs on the side where it was.
+    const bool went_through = sides == Sides::TwoSided && std::isfinite(last.distance) &&
+                              query.moved >= last.distance && mesh_surface->crossing(last.at, query.a, 0, false).hit;
+    return this->towards(near, went_through ? last.at : query.a);
   }
 
-  /// Far enough to reach the surface: what it meets on its way, or else what it ends near or in.
+  /// Contact of a path that may pass a corner: with the first crossing, or else with the surface near its end.
   void sweep(int i, const Point& outward) const {
     const Point a = to_local(before, in_double(particles.x[i])), b = to_local(after, particles.p.went(i));
-    const Crossing crossing = whole->crossing(a, b, thickness, sides != Sides::TwoSided);
+    const Crossing crossing = mesh_surface->crossing(a, b, thickness, sides != Sides::TwoSided);
     if (crossing.hit) {
-      const bool flip = dot(crossing.normal, b - a) > 0;  // two-sided only: it stays on the side it comes from
-      return this->set(i, crossing.q, flip ? -crossing.normal : crossing.normal);
+      const bool flip =
+          dot(crossing.normal, b - a) > 0;  // two-sided only: the particle stays on the side that it comes from
+      return this->set_contact(i, crossing.q, flip ? -crossing.normal : crossing.normal);
     }
-    const ClosestPoint end = whole->closest(b, std::max(2 * thickness, sides == Sides::Solid ? norm(b - a) : 0));
+    const ClosestPoint end = mesh_surface->closest(b, std::max(2 * thickness, sides == Sides::Solid ? norm(b - a) : 0));
     if (!end.found) return;
     const Point normal = sides == Sides::TwoSided && dot(end.normal, outward) < 0 ? -end.normal : end.normal;
     const double distance = dot(normal, b - end.q) < 0 ? -end.distance : end.distance;
     if (distance < 0 && end.boundary) return;
-    if (distance < 2 * thickness) this->set(i, end.q, this->direction(end, b, normal, distance));
+    if (distance < 2 * thickness) this->set_contact(i, end.q, this->direction(end, b, normal, distance));
   }
 
-  /// Not through another mesh, nor through another part of this one, whose nearest point is q.
-  bool depenetrate(const Query& look, const Point& q, const Point& n, ClosestPointRecord& last) const {
-    if (!this->is_free(last)) {
-      const Point above = q + n * (1e-3 * thickness), rim = q + n * this->least_distance(last);
-      if (whole->crossing(above, rim, 0, sides != Sides::TwoSided).hit) return false;
+  /// Moves a particle out to its required distance, unless the path crosses another mesh or another part of this one.
+  /// `q`: the closest point of this mesh.
+  bool depenetrate(const Query& query, const Point& q, const Point& n, ClosestPointRecord& last) const {
+    if (!this->is_unobstructed(last)) {
+      const Point above = q + n * (1e-3 * thickness), rim = q + n * this->required_distance(last);
+      if (mesh_surface->crossing(above, rim, 0, sides != Sides::TwoSided).hit) return false;
     }
-    const int i = look.i;
-    const Vector3<R> shift = this->shift_out(n, last), x = particles.x[i], to = x + shift;
-    for (int k = 0; k < all.count; ++k) {
-      const MovingSurface& mesh = all.meshes[k];
+    const int i = query.i;
+    const Vector3<R> shift = this->outward_shift(n, last), x = particles.x[i], to = x + shift;
+    for (int k = 0; k < environment.count; ++k) {
+      const MovingSurface& mesh = environment.meshes[k];
       const Point start = to_local(mesh.before, in_double(x)), end = to_local(mesh.before, in_double(to));
-      if (k == own || all.nearby[k].seen(i, start).is_path_clear(start, end)) continue;
+      if (k == mesh_index || environment.caches[k].record(i, start).is_path_clear(start, end)) continue;
       if (mesh.surface->crossing(start, end, 0, mesh.sides != Sides::TwoSided).hit) return false;
     }
-    this->shift(look, shift, n, last);
-    for (int k = 0; k < own; ++k) {  // whose planes are told from x
-      Contact<R>* const other = all.nearby[k].contact(i);
+    this->shift(query, shift, n, last);
+    for (int k = 0; k < mesh_index; ++k) {  // their planes are relative to x
+      Contact<R>* const other = environment.caches[k].contact(i);
       if (!other) continue;
       other->plane.w = other->plane.w - dot(other->plane.xyz(), shift);
-      invalidate_place(*other);
+      invalidate_cached_position(*other);
     }
     return true;
   }
@@ -212,20 +224,20 @@ struct Deepest {
   }
 };
 
-/// How deep a particle lies inside a solid, behind a one-sided sheet (but not beyond its rim), or beyond a two-sided
-/// one since it was last seen; and how deep it was where it was pressed through.
+/// Depth of a particle inside a solid, behind a one-sided sheet (but not beyond its boundary), or beyond a two-sided
+/// one since its last query; and the depth at which it was forced through a surface.
 template <class R>
 struct MeasureDepth {
-  using AsksTheHost = void;
+  using RunsOnHost = void;
   const Surface* surface;
   Sides sides;
   Pose pose;
   Particles<R> particles;
-  ContactCacheView<R> nearby;
+  ContactCacheView<R> cache;
   HOST_KERNEL Deepest operator()(int i) const {
     if (!(particles.w[i] > R(0))) return {};
     const Point a = to_local(pose, in_double(particles.x[i]));
-    const ClosestPointRecord last = nearby.seen(i, a);
+    const ClosestPointRecord last = cache.record(i, a);
     return {std::max(norm(last.tunnel_offset), depth(a, last))};
   }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The particles of a device that the host asks Embree about in a substep: they come in one piece, words of them with
-// all that is known of them, and go back so. The host touches nothing else of theirs for that.
+// Staging of host queries: the particles of a device that the host queries with Embree in a substep are copied to the
+// host with their contact caches in one block, and back. The host reads nothing else of them for that.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -14,59 +14,60 @@
 namespace malha {
 
 template <class Executor, class R>
-class HostWords {
+class HostQueryStaging {
  public:
-  explicit HostWords(const Executor& executor) : executor_(executor) {}
+  explicit HostQueryStaging(const Executor& executor) : executor_(executor) {}
 
-  /// Calls look(surroundings, cargo), both in the host's memory, of what is asked about: so much. There is room at
-  /// every mesh for all of it. What go_on(questions) launches before that must leave those particles, and the meshes,
-  /// as they are.
-  template <class Query, class GoOn>
-  void ask(const EnvironmentView<R>& all, const ActiveMask& questions, const ActiveCount& asked, const Query& look,
-           const GoOn& go_on) {
-    const StagingBuffer<R> there = hold(all, questions, asked);
-    load(all, questions, there);
-    StagingBuffer<R> here = there;
-    here.base = aligned(here_.data());
-    Memory<Executor>::copy_out(there.base, there.bytes(), here.base);
-    go_on(questions);
-    std::vector<ContactCacheView<R>> nearby;
-    for (int k = 0; k < all.count; ++k) nearby.push_back(here.nearby(k));
-    look(EnvironmentView<R>{all.meshes, all.count, here.particles(), nearby.data()}, here);
-    Memory<Executor>::copy_in(here.base, here.bytes(), there.base);
-    unload(all, there);
+  /// Calls query(environment, buffer), both in the host's memory, for the `active` particles of the masks. The caches
+  /// of all meshes have the capacity for them. overlap(masks), which is called before, may launch device work that
+  /// touches neither these particles nor the meshes.
+  template <class Query, class Overlap>
+  void run(const EnvironmentView<R>& all, const ActiveMask& masks, const ActiveCount& active, const Query& query,
+           const Overlap& overlap) {
+    const StagingBuffer<R> device_buffer = allocate(all, masks, active);
+    pack(all, masks, device_buffer);
+    StagingBuffer<R> host_buffer = device_buffer;
+    host_buffer.base = aligned(host_memory_.data());
+    Memory<Executor>::copy_out(device_buffer.base, device_buffer.bytes(), host_buffer.base);
+    overlap(masks);
+    std::vector<ContactCacheView<R>> caches;
+    for (int k = 0; k < all.count; ++k) caches.push_back(host_buffer.cache(k));
+    query(EnvironmentView<R>{all.meshes, all.count, host_buffer.particles(), caches.data()}, host_buffer);
+    Memory<Executor>::copy_in(host_buffer.base, host_buffer.bytes(), device_buffer.base);
+    unpack(all, device_buffer);
   }
 
-  std::size_t bytes() const { return there_.bytes(); }
+  std::size_t bytes() const { return device_memory_.bytes(); }
 
  private:
-  /// In the device's memory, with as much of the host's.
-  StagingBuffer<R> hold(const EnvironmentView<R>& all, const ActiveMask& questions, const ActiveCount& asked) {
-    StagingBuffer<R> cargo{nullptr, asked.words, all.count, questions.count, 2 * asked.particles};
-    const std::size_t bytes = cargo.bytes() + StagingBuffer<R>::kAligned;
-    if (bytes > there_.size()) {
-      there_ = {};
-      there_ = Array<Executor, char>(bytes + bytes / 4);
-      here_.resize(there_.size());
+  /// Allocates the buffer in the device's memory, and as much in the host's.
+  StagingBuffer<R> allocate(const EnvironmentView<R>& all, const ActiveMask& masks, const ActiveCount& active) {
+    StagingBuffer<R> buffer{nullptr, active.groups, all.count, masks.count, 2 * active.particles};
+    const std::size_t bytes = buffer.bytes() + StagingBuffer<R>::kAligned;
+    if (bytes > device_memory_.size()) {
+      device_memory_ = {};
+      device_memory_ = Array<Executor, char>(bytes + bytes / 4);
+      host_memory_.resize(device_memory_.size());
     }
-    cargo.base = aligned(there_.data());
-    return cargo;
+    buffer.base = aligned(device_memory_.data());
+    return buffer;
   }
-  void load(const EnvironmentView<R>& all, const ActiveMask& questions, const StagingBuffer<R>& to) {
-    Memory<Executor>::fill(to.chosen(), 1, 0);
-    parallel_for(executor_, questions.words, ChooseWords{questions, to.chosen(), to.which()});
-    parallel_for(executor_, to.count(), PackParticles<R>{questions, all.particles, to});
+  void pack(const EnvironmentView<R>& all, const ActiveMask& masks, const StagingBuffer<R>& to) {
+    Memory<Executor>::fill(to.group_count(), 1, 0);
+    parallel_for(executor_, masks.groups, ListActiveGroups{masks, to.group_count(), to.group_index()});
+    parallel_for(executor_, to.count(), PackParticles<R>{masks, all.particles, to});
     for (int k = 0; k < all.count; ++k) {
-      Memory<Executor>::fill(to.nearby(k).slots, 2, Handed{});
+      Memory<Executor>::fill(to.cache(k).slot_count, 2, AllocationCount{});
       parallel_for(executor_, to.count(),
-                   LoadNearby<R>{questions, all.particles, all.meshes[k].before, all.nearby[k], to, k});
+                   PackCache<R>{masks, all.particles, all.meshes[k].before, all.caches[k], to, k});
     }
   }
-  void unload(const EnvironmentView<R>& all, const StagingBuffer<R>& from) {
+  void unpack(const EnvironmentView<R>& all, const StagingBuffer<R>& from) {
     parallel_for(executor_, from.count(), UnpackParticles<R>{all.particles, from});
     for (int k = 0; k < all.count; ++k) {
-      parallel_for(executor_, from.words, UnloadPlaces<R>{all.particles, all.meshes[k].before, all.nearby[k], from, k});
-      parallel_for(executor_, from.count(), UnloadNearby<R>{all.nearby[k], from, k});
+      parallel_for(executor_, from.groups,
+                   AllocateUnpackedEntries<R>{all.particles, all.meshes[k].before, all.caches[k], from, k});
+      parallel_for(executor_, from.count(), UnpackCache<R>{all.caches[k], from, k});
     }
   }
   static char* aligned(char* data) {
@@ -75,8 +76,8 @@ class HostWords {
   }
 
   Executor executor_;
-  Array<Executor, char> there_;
-  std::vector<char> here_;
+  Array<Executor, char> device_memory_;
+  std::vector<char> host_memory_;
 };
 
 }  // namespace malha

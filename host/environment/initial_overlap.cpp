@@ -21,7 +21,7 @@ namespace malha {
 
 namespace {
 
-constexpr int kMostMoves = 100;
+constexpr int kMaxMoves = 100;
 
 struct Inside {
   int deepest = -1;  // particle, solver's number
@@ -30,7 +30,7 @@ struct Inside {
   Point out{};       // unit, in the world
 };
 
-/// A solid at time 0. Its tree is built when something lies in its box.
+/// A solid at time 0. Its Embree scene is built when a particle lies in its box.
 class Solid {
  public:
   Solid(const Device& device, const EnvironmentMesh& mesh)
@@ -38,7 +38,7 @@ class Solid {
 
   const EnvironmentSpec& spec() const { return mesh_.spec; }
 
-  /// Of these particles, those inside.
+  /// Finds the particles inside the solid.
   Inside find(const std::vector<Vec3>& x, const std::vector<int>& particles) {
     Inside found;
     const double least = 1e-6 * mesh_.spec.thickness;
@@ -70,42 +70,44 @@ class Solid {
 
 std::string metres(double value) { return shown(value) + " m"; }
 
-class Starts {
+/// Moves bodies out of solids, or refuses them.
+class InitialOverlaps {
  public:
-  explicit Starts(Model& model) : model_(model), held_(held_at_start(model, true)) {
+  explicit InitialOverlaps(Model& model) : model_(model), held_(held_at_start(model, true)) {
     for (std::size_t e = 0; e < model.environment.size(); ++e)
       if (model.environment[e].spec.sides == Sides::Solid)
         solids_.emplace_back(device_, model.environment[e]), number_.push_back(e);
   }
 
-  void look() {
+  void check() {
     std::vector<std::vector<int>> bodies(model_.scene.bodies.size());
     for (int i = 0; i < model_.count(); ++i) bodies[body_of(model_, model_.user_index[i])].push_back(i);
-    for (std::size_t b = 0; b < bodies.size(); ++b) look(b, bodies[b]);
+    for (std::size_t b = 0; b < bodies.size(); ++b) check(b, bodies[b]);
   }
 
  private:
-  void look(std::size_t b, const std::vector<int>& all) {
-    std::vector<int> loose;
+  void check(std::size_t b, const std::vector<int>& all) {
+    std::vector<int> free_particles;
     for (const int i : all)
-      if (!held_[i]) loose.push_back(i);
-    const bool movable = loose.size() == all.size();
+      if (!held_[i]) free_particles.push_back(i);
+    const bool movable = free_particles.size() == all.size();
     Vec3 moved{};
     std::string from;
-    std::vector<std::string> kept;
+    std::vector<std::string> notes;
     for (int moves = 0;; ++moves) {
       bool inside = false;
-      kept.clear();
+      notes.clear();
       for (std::size_t s = 0; s < solids_.size(); ++s) {
-        const Inside found = solids_[s].find(model_.x, loose);
+        const Inside found = solids_[s].find(model_.x, free_particles);
         if (found.deepest < 0) continue;
         if (found.depth <= solids_[s].spec().thickness && !(movable && solids_[s].spec().push_out)) {
-          if (found.depth > kSunk * solids_[s].spec().thickness) kept.push_back(stays(b, s, found, movable));
+          if (found.depth > kNegligibleDepth * solids_[s].spec().thickness)
+            notes.push_back(stays(b, s, found, movable));
           continue;
         }
         if (!solids_[s].spec().push_out) refuse_inside(s, found, "");
         if (!movable) refuse_inside(s, found, ", and has pins or attachments, so that it cannot be moved");
-        if (moves == kMostMoves)
+        if (moves == kMaxMoves)
           refuse_inside(s, found, ", after " + std::to_string(moves) + " moves towards the nearest surface");
         inside = true;
         if (from.empty()) from = solids_[s].spec().name;
@@ -118,7 +120,7 @@ class Starts {
       }
       if (!inside) break;
     }
-    model_.notes.insert(model_.notes.end(), kept.begin(), kept.end());
+    model_.notes.insert(model_.notes.end(), notes.begin(), notes.end());
     if (from.empty()) return;
     for (const int i : all) model_.look.points[model_.user_index[i]] = model_.x[i];
     for (Vec3& unused : model_.look.vertices[b].place)
@@ -128,8 +130,8 @@ class Starts {
                            ", " + shown(moved[2]) + ") m");
   }
 
-  /// A particle that is inside by no more than the thickness stays so (contact_query.h): to lay it outside particle by
-  /// particle would stretch it.
+  /// The note on a body that is inside by no more than the thickness and stays so (contact_query.h): moving single
+  /// particles out would stretch it.
   std::string stays(std::size_t b, std::size_t s, const Inside& found, bool movable) const {
     return "body '" + model_.scene.bodies[b].name + "' starts up to " + metres(found.depth) + " inside '" +
            solids_[s].spec().name + "' (" + counted(found.particles, "particle") +
@@ -161,7 +163,7 @@ void start_outside(Model& model) {
   for (const EnvironmentMesh& mesh : model.environment) any = any || mesh.spec.sides == Sides::Solid;
   if (!any) return;
   const std::size_t notes = model.notes.size();
-  Starts(model).look();
+  InitialOverlaps(model).check();
   if (model.notes.size() > notes && model.scene.self_collision) check_crossings(model, self_surface(model));
 }
 
@@ -177,19 +179,20 @@ class Sheet {
         substep_(model.scene.solver.dt / model.scene.solver.substeps),
         behind_(model.x.size()) {}
 
-  /// One that contact would find behind the sheet in the first substep, and put before it (find_contact.h).
-  void look(int i, const Vec3& x, const Vec3& v) {
+  /// Adds a particle that contact would find behind the sheet in the first substep and move in front of it
+  /// (find_contact.h).
+  void check(int i, const Vec3& x, const Vec3& v) {
     const Point a = local(x);
     const double reach = 2 * spec_.thickness + substep_ * std::hypot(v[0], v[1], v[2]);
     if (surface_.box_distance(a) > reach) return;
     const ClosestPoint near = surface_.closest(a, surface_.diagonal() + reach, near_);
     if (!near.found) return;
-    near_ = near.triangle;  // a neighbour's is near, too
+    near_ = near.triangle;  // a hint for the next particle, a neighbour
     if (!near.boundary && dot(near.normal, a - near.q) < 0) add(i, near.distance);
   }
 
-  /// The end behind it of an edge that goes through it, so that from either end it is met from the same side.
-  void look(int i, const Vec3& x, int j, const Vec3& y) {
+  /// Adds the end behind the sheet of an edge that goes through it, if both ends meet the sheet consistently.
+  void check(int i, const Vec3& x, int j, const Vec3& y) {
     const Point a = local(x), b = local(y);
     if (surface_.box_distance((a + b) * 0.5) > norm(b - a) / 2) return;
     const Crossing first = surface_.crossing(a, b, 0, false), last = surface_.crossing(b, a, 0, false);
@@ -199,7 +202,7 @@ class Sheet {
     if (before < 0 && behind > 0) add(i, -before);
   }
 
-  void tell(Model& model) const {
+  void add_notes(Model& model) const {
     std::map<int, std::vector<std::pair<double, int>>> bodies;
     for (int i = 0; i < model.count(); ++i)
       if (behind_[i] > 0) bodies[body_of(model, model.user_index[i])].push_back({behind_[i], i});
@@ -226,14 +229,14 @@ class Sheet {
  private:
   Point local(const Vec3& x) const { return to_local(pose_, Point{x[0], x[1], x[2]}); }
   void add(int i, double depth) {
-    if (depth > kSunk * spec_.thickness) behind_[i] = std::max(behind_[i], depth);
+    if (depth > kNegligibleDepth * spec_.thickness) behind_[i] = std::max(behind_[i], depth);
   }
 
   const EnvironmentSpec& spec_;
   Surface surface_;
   Pose pose_;
   double substep_;              // s
-  int near_ = -1;               // the triangle next to the last particle
+  int near_ = -1;               // the closest triangle of the last particle
   std::vector<double> behind_;  // m, of each particle
 };
 
@@ -249,14 +252,14 @@ void note_starts_behind(Model& model) {
     if (!one_sided(mesh)) continue;
     Sheet sheet(device, mesh, model);
     for (int i = 0; i < model.count(); ++i)
-      if (!held[i]) sheet.look(i, model.x[i], model.v[i]);
-    const auto look = [&](int user, int other) {
+      if (!held[i]) sheet.check(i, model.x[i], model.v[i]);
+    const auto check = [&](int user, int other) {
       const int i = number[user], j = number[other];
-      if (!held[i] || !held[j]) sheet.look(i, model.x[i], j, model.x[j]);
+      if (!held[i] || !held[j]) sheet.check(i, model.x[i], j, model.x[j]);
     };
-    visit_face_sides(model.look.faces, look);
-    for (const Edge& line : model.look.lines) look(line[0], line[1]);
-    sheet.tell(model);
+    visit_face_sides(model.look.faces, check);
+    for (const Edge& line : model.look.lines) check(line[0], line[1]);
+    sheet.add_notes(model);
   }
 }
 

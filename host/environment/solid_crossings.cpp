@@ -15,14 +15,14 @@ namespace malha {
 
 namespace {
 
-struct OwnCrossings {
+struct SelfCrossings {
   int count = 0;
-  std::vector<Vec3> places;  // of the first edges that cross, their middles (m)
+  std::vector<Vec3> places;  // midpoints of the first edges that cross, m
 };
 
-/// Edges of a mesh that properly cross triangles of its own.
-OwnCrossings own_crossings(const Mesh& mesh) {
-  constexpr std::size_t most_places = 3;
+/// Finds edges of a mesh that properly cross its own triangles.
+SelfCrossings self_crossings(const Mesh& mesh) {
+  constexpr std::size_t max_entries = 3;
   const std::vector<Vec3>& x = mesh.points;
   const std::vector<Triangle> faces = triangles(mesh);
   std::vector<Edge> sides;
@@ -34,7 +34,7 @@ OwnCrossings own_crossings(const Mesh& mesh) {
   boxes.reserve(faces.size());
   for (const Triangle& face : faces) boxes.push_back(bounds_of(x, face));
   const BoxTree tree(std::move(boxes));
-  OwnCrossings found;
+  SelfCrossings found;
   for (const auto& [p, q] : sides) {
     const int before = found.count;
     tree.for_each_on(x[p], x[q], [&, p = p, q = q](int f) {
@@ -42,7 +42,7 @@ OwnCrossings own_crossings(const Mesh& mesh) {
       if (p == a || p == b || p == c || q == a || q == b || q == c) return;
       found.count += crosses(x[p], x[q], x[a], x[b], x[c]);
     });
-    if (found.count == before || found.places.size() == most_places) continue;
+    if (found.count == before || found.places.size() == max_entries) continue;
     found.places.push_back({(x[p][0] + x[q][0]) / 2, (x[p][1] + x[q][1]) / 2, (x[p][2] + x[q][2]) / 2});
   }
   return found;
@@ -53,7 +53,7 @@ OwnCrossings own_crossings(const Mesh& mesh) {
 void note_solid_crossings(Model& model) {
   for (const EnvironmentMesh& object : model.environment) {
     if (object.spec.sides != Sides::Solid) continue;
-    const OwnCrossings found = own_crossings(object.mesh);
+    const SelfCrossings found = self_crossings(object.mesh);
     if (found.count == 0) continue;
     std::string places;
     for (const Vec3& at : found.places)

@@ -12,7 +12,7 @@ namespace malha {
 
 namespace {
 
-constexpr double kNeedle = 1e-3;  // its height over its longest edge
+constexpr double kNeedle = 1e-3;  // ratio of height to longest edge
 
 Point unit(const Point& a) {
   const double l = norm(a);
@@ -28,16 +28,16 @@ Surface::Surface(const Device& device, const Mesh& mesh) {
   const auto [low, high] = bounds_of(mesh.points);
   view_.centre = {(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, (low[2] + high[2]) / 2};
   view_.half = Point{high[0], high[1], high[2]} - view_.centre;
-  skin_ = 1e-5 * norm(view_.half);  // some 100 roundings of float at the rim of the mesh
+  skin_ = 1e-5 * norm(view_.half);  // some 100 roundings of float at the far points of the mesh
 
   std::vector<std::array<float, 3>> for_embree;
   for (const Vec3& x : mesh.points) {
     const Point at = Point{x[0], x[1], x[2]} - view_.centre;
-    points_.push_back({at.x + 0, at.y + 0, at.z + 0, 0});  // without -0, of which packs make 0
+    points_.push_back({at.x + 0, at.y + 0, at.z + 0, 0});  // turns -0 into 0, as packs do
     for_embree.push_back(to_float(at));
   }
   scene_ = std::make_unique<TriangleScene>(device, for_embree, triangles_);
-  cells_ = std::make_unique<NearCells>(*scene_, points_, triangles_, view_.half, skin_);
+  cells_ = std::make_unique<TriangleOctree>(*scene_, points_, triangles_, view_.half, skin_);
 
   corner_normals_.assign(points_.size(), Point{});
   std::map<std::pair<int, int>, std::pair<Point, int>> edges;  // sum of normals, number of faces
@@ -82,21 +82,21 @@ ClosestPoint Surface::closest(const Point& a, double radius, int known_near) con
   const Point p = a - view_.centre;
   int nearest = -1;
   double least = radius;
-  // Embree rounds the query to float: the radius that it sees is larger by that, and the test here decides.
+  // Embree rounds the query to float: its radius is larger by the rounding, and the test here decides.
   const double slack = skin_ + 1e-6 * norm(p);
-  const auto visit = [&](int t) {
+  const auto test = [&](int t) {
     const Triangle& c = triangles_[t];
     const double distance = norm(p - nearest_on_triangle(p, point(c[0]), point(c[1]), point(c[2])).q);
-    // Equally near triangles (a shared edge or corner): the lowest one, whatever the order of the visits.
+    // Equally near triangles (a shared edge or corner): the lowest one, whatever the order of traversal.
     if (distance < least || (distance == least && nearest >= 0 && t < nearest)) nearest = t, least = distance;
     return static_cast<float>(least + slack);
   };
-  const float start = known_near < 0 ? static_cast<float>(radius + slack) : visit(known_near);
-  point_query(*scene_, to_float(p), start, visit);
+  const float start = known_near < 0 ? static_cast<float>(radius + slack) : test(known_near);
+  point_query(*scene_, to_float(p), start, test);
   queries_->fetch_add(1, std::memory_order_relaxed);
   if (nearest < 0) return {};
   const Triangle& c = triangles_[nearest];
-  return view_.of_feature(
+  return view_.closest_point_on(
       view_.feature({nearest, least, nearest_on_triangle(p, point(c[0]), point(c[1]), point(c[2]))}), a);
 }
 
@@ -114,7 +114,7 @@ Crossing Surface::crossing(const Point& a, const Point& b, double beyond, bool f
 }
 
 Crossing Surface::along(const Point& start, const Point& direction, double far, bool front_only) const {
-  // Only what lies within the mesh's bounding sphere, so that float is fine however long the way is.
+  // Only what lies within the mesh's bounding sphere, so that float is fine however long the path is.
   const double middle = -dot(start, direction), radius = norm(view_.half) + skin_;
   const double beside = norm(start + direction * middle);
   if (!(beside <= radius)) return {};

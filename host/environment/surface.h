@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A triangle mesh to collide with, in its own frame: closest point with its sign, and segment crossings. Embree finds
-// the candidates in float; the arithmetic on what it finds is in double.
+// Collision surface of a triangle mesh, in its own frame: signed closest points and segment crossings. Embree finds the
+// candidates in float; the arithmetic on them is in double.
 #pragma once
 #include <array>
 #include <atomic>
@@ -23,37 +23,40 @@ struct Crossing {
 
 class Surface {
  public:
-  /// `mesh` has faces. Normals: Baerentzen, Aanaes 2005 ("Signed distance computation using the angle weighted
-  /// pseudonormal"): by the closest feature they tell inside from outside without error, face normals do not.
+  /// `mesh` has faces. Normals are angle-weighted pseudonormals (Baerentzen, Aanaes 2005, "Signed distance computation
+  /// using the angle weighted pseudonormal"): that of the closest feature tells inside from outside without error, face
+  /// normals do not.
   Surface(const Device& device, const Mesh& mesh);
 
   /// The nearest surface point within `radius` of a (both in the mesh's frame, m). A triangle that is known to be near
   /// makes the search short and changes nothing else.
   ClosestPoint closest(const Point& a, double radius, int known_near = -1) const;
 
-  /// What kernels look at without asking Embree.
+  /// The view for kernels that do not use Embree.
   const SurfaceView& view() const { return view_; }
 
-  /// Makes the cell of a where that is worth it, from any thread; 0: none is made.
+  /// Makes the octree leaf of a, from any thread. Returns its number, or 0 where no list is usable.
   int make_cell(const Point& a) const {
-    const OctreeKey path = path_to(view_.cells, view_.in_near_mesh(a));
-    return path.inside && cells_->make(path) ? find_leaf(view_.cells, path) : 0;
+    const OctreeKey key = octree_key(view_.cells, view_.relative_to_centre(a));
+    return key.inside && cells_->make(key) ? find_leaf(view_.cells, key) : 0;
   }
-  /// A lower bound of the distance of a: of a grid over the mesh's box, below 0 where that says nothing.
-  double least_distance(const Point& a) const {
-    const double known = view_.known_least(a);
+  /// Lower bound of the distance of a by a grid over the mesh's box; below 0: unknown.
+  double distance_lower_bound(const Point& a) const {
+    const double known = view_.known_lower_bound(a);
     if (known >= 0) return known;
-    const OctreeKey path = path_to(view_.cells, view_.in_near_mesh(a));
-    return path.inside && cells_->measure(path) ? view_.known_least(a) : known;
+    const OctreeKey key = octree_key(view_.cells, view_.relative_to_centre(a));
+    return key.inside && cells_->measure(key) ? view_.known_lower_bound(a) : known;
   }
-  bool tidy() {
-    if (!cells_->tidy()) return false;
+  /// Resets the octree when its memory is used up. Returns true if it was reset.
+  bool reset_if_full() {
+    if (!cells_->reset_if_full()) return false;
     view_.cells = cells_->mesh();
     return true;
   }
 
-  /// The first crossing on the way from a to b and `beyond` metres further. With front_only, crossings from behind a
-  /// face do not count and do not hide what lies behind them. What passes a rim by less than a skin may count.
+  /// The first crossing on the path from a to b and `beyond` metres further. With front_only, crossings from behind a
+  /// face do not count and do not hide what lies behind them. A path that passes the boundary by less than the skin may
+  /// count.
   Crossing crossing(const Point& a, const Point& b, double beyond, bool front_only) const;
 
   double box_distance(const Point& a) const { return view_.box_distance(a); }
@@ -61,7 +64,7 @@ class Surface {
   int triangles() const { return static_cast<int>(triangles_.size()); }
   std::size_t bytes() const;
   std::size_t cell_bytes() const { return cells_->bytes(); }
-  /// How often the whole mesh was asked since the start.
+  /// Number of queries of the whole mesh since the start.
   long long queries() const { return queries_->load(); }
 
  private:
@@ -79,7 +82,7 @@ class Surface {
   double skin_ = 0;
   SurfaceView view_{};
   std::unique_ptr<TriangleScene> scene_;
-  std::unique_ptr<NearCells> cells_;
+  std::unique_ptr<TriangleOctree> cells_;
   std::unique_ptr<std::atomic<long long>> queries_ = std::make_unique<std::atomic<long long>>(0);
 };
 

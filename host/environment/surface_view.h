@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is known of an environment mesh without asking Embree, for kernels on the host and on a device: its cells
-// (kernels/environment/triangle_octree.h), and what is nearest to a point by them. In the mesh's own frame, m.
+// View of an environment mesh for queries without Embree, on the host and on a device: its octree
+// (kernels/environment/triangle_octree.h), normals, and closest points by the octree. In the mesh's frame, m.
 #pragma once
 #include "kernels/environment/feature_cache.h"
 
@@ -14,82 +14,85 @@ struct ClosestPoint {
   double distance = 0;    // m, >= 0
   Point q{};              // on the surface
   Point normal{};         // unit angle-weighted pseudonormal of the closest face, edge or corner
-  bool boundary = false;  // on an edge or corner at the rim of an open mesh
+  bool boundary = false;  // on an edge or corner at the boundary of an open mesh
 };
 
 struct SurfaceView {
-  NearMesh cells;                              // and its corners and triangles
+  OctreeView cells;                            // the octree, with the corners and triangles
   const Point *face_normals, *corner_normals;  // unit
   const Point (*edge_normals)[3];              // unit; edge k joins corners k and k + 1
   const bool (*rim_edges)[3];
   const unsigned char *rim_corners, *needles;
-  Point centre, half;  // of the box
+  Point centre, half;  // of the bounding box
 
   KERNEL Point point(int i) const { return cells.corners[i].xyz(); }
-  KERNEL Point in_near_mesh(const Point& a) const { return a - centre; }
+  KERNEL Point relative_to_centre(const Point& a) const { return a - centre; }
   KERNEL double diagonal() const { return 2 * norm(half); }
 
-  /// The cell that answers for a, kept in `cell` from one look to the next; 0: none does.
+  /// The leaf that contains a and has a usable list; 0: none. `cell`: the leaf of the last query, a hint.
   KERNEL int cell_of(const Point& a, int cell) const {
-    const OctreeKey path = path_to(cells, a - centre);
-    if (!path.inside) return 0;
-    if (cell > 0 && holds(cells.cells[cell], path)) return cell;
-    const int found = find_leaf(cells, path);
-    return found > 0 && cells.cells[found].count <= kMostListed ? found : 0;
+    const OctreeKey key = octree_key(cells, a - centre);
+    if (!key.inside) return 0;
+    if (cell > 0 && contains(cells.cells[cell], key)) return cell;
+    const int found = find_leaf(cells, key);
+    return found > 0 && cells.cells[found].count <= kMaxListLength ? found : 0;
   }
-  /// Ask for what comes next ahead of its use.
+  /// Prefetches a cell.
   KERNEL void prefetch_cell(int cell) const { prefetch(cells.cells + cell); }
-  KERNEL void prefetch_normal(const NearTriangle& near) const {
+  /// Prefetches the normal of a closest triangle.
+  KERNEL void prefetch_normal(const ClosestTriangle& near) const {
     if (near.triangle >= 0 && near.where.corner < 0)
       prefetch(near.where.edge < 0 ? &face_normals[near.triangle] : &edge_normals[near.triangle][near.where.edge]);
   }
-  /// The nearest triangle to a by a cell of it, compiled for an instruction set.
+  /// The closest triangle to a by the list of its leaf, compiled for an instruction set.
   template <class Isa>
-  KERNEL NearTriangle nearest(const Point& a, int cell) const {
-    return nearest_listed<Isa>(cells, cells.cells[cell], a - centre);
+  KERNEL ClosestTriangle nearest(const Point& a, int cell) const {
+    return closest_in_list<Isa>(cells, cells.cells[cell], a - centre);
   }
-  /// What the whole mesh would answer of a, by its nearest triangle.
-  KERNEL ClosestPoint within(double radius, const NearTriangle& near, const Point& a) const {
+  /// The closest point within `radius` as a query of the whole mesh would find it, from the closest triangle.
+  KERNEL ClosestPoint within(double radius, const ClosestTriangle& near, const Point& a) const {
     if (!(near.distance < radius) || near.triangle < 0) return {};
-    return of_feature(feature(near), a);
+    return closest_point_on(feature(near), a);
   }
 
-  /// What is nearest on it. On faces of needles, whose normals are rounded too much, it is the point that was found.
-  KERNEL NearFeature feature(const NearTriangle& near) const {
+  /// The closest feature on a triangle. On a face of a needle, whose normal is too inexact, it is the closest point
+  /// alone.
+  KERNEL ClosestFeature feature(const ClosestTriangle& near) const {
     const int* c = cells.triangles[near.triangle];
     const int corner = near.where.corner, edge = near.where.edge;
-    NearFeature f;
+    ClosestFeature f;
     f.triangle = near.triangle, f.o = near.where.q;
     if (corner >= 0) {
-      f.kind = NearFeature::Corner, f.normal = corner_normals[c[corner]], f.boundary = rim_corners[c[corner]] != 0;
-    } else if (edge >= 0) {  // either of its triangles tells the same
+      f.kind = ClosestFeature::Corner, f.normal = corner_normals[c[corner]], f.boundary = rim_corners[c[corner]] != 0;
+    } else if (edge >= 0) {  // the same from either of its triangles
       const int a = c[edge], b = c[(edge + 1) % 3], first = a < b ? a : b;
       const Point way = point(a < b ? b : a) - point(first);
       const double l = sqrt(dot(way, way));
-      if (l > 1e-150) f.kind = NearFeature::Edge, f.o = point(first), f.d = way * (1 / l);  // shorter: squares are 0
+      if (l > 1e-150)
+        f.kind = ClosestFeature::Edge, f.o = point(first), f.d = way * (1 / l);  // shorter edges: squares underflow
       f.normal = edge_normals[near.triangle][edge], f.boundary = rim_edges[near.triangle][edge];
     } else {
       f.normal = face_normals[near.triangle];
-      if (!needles[near.triangle]) f.kind = NearFeature::Face, f.o = point(c[0]), f.d = f.normal;
+      if (!needles[near.triangle]) f.kind = ClosestFeature::Face, f.o = point(c[0]), f.d = f.normal;
     }
     return f;
   }
-  /// The same of every point whose nearest feature it is.
-  KERNEL ClosestPoint of_feature(const NearFeature& f, const Point& a) const {
+  /// The closest point to a on a feature, if that is the closest feature to a.
+  KERNEL ClosestPoint closest_point_on(const ClosestFeature& f, const Point& a) const {
     const Point p = a - centre, q = f.nearest(p), d = p - q;
     return {true, f.triangle, sqrt(dot(d, d)), q + centre, f.normal, f.boundary};
   }
 
-  /// A lower bound of the distance of a: that of the bounding box; 0 inside it.
+  /// Lower bound of the distance of a: that of the bounding box; 0 inside it.
   KERNEL double box_distance(const Point& a) const {
     const Point d = a - centre;
     return norm(Point{max(0.0, abs(d.x) - half.x), max(0.0, abs(d.y) - half.y), max(0.0, abs(d.z) - half.z)});
   }
-  /// Another one, of the grid over that box, as far as it is known; below 0 where that says nothing.
-  KERNEL double known_least(const Point& a) const {
+  /// Lower bound of the distance of a by the grid over the box, as far as it is computed; below 0: unknown.
+  KERNEL double known_lower_bound(const Point& a) const {
     const Point p = a - centre;
-    const OctreeKey path = path_to(cells, p);
-    return path.inside ? malha::least_distance(cells, path, p) : -1;
+    const OctreeKey key = octree_key(cells, p);
+    return key.inside ? malha::distance_lower_bound(cells, key, p) : -1;
   }
 };
 

@@ -10,16 +10,16 @@ namespace malha {
 
 namespace {
 
-constexpr std::size_t kCompared = 6;  // of the candidates with all others
-constexpr int kFinestGrid = 7;        // depth: 16 MiB, of which the system gives what is used
-constexpr double kSideInEdges = 2.5;  // mean edges: the side of the grid's cells
-constexpr double kLoose = 0.9;        // of the distance of the grid's centres: Embree then tells a few triangles of it
+constexpr std::size_t kCompared = 6;  // candidates that are compared with all others
+constexpr int kFinestGrid = 7;        // depth: 16 MiB of virtual memory, allocated page by page on first use
+constexpr double kSideInEdges = 2.5;  // side of the grid's cells, in mean edge lengths
+constexpr double kLoose = 0.9;        // of the distance of a grid cell's centre: Embree then visits few triangles
 
 using S = Lane<double>;
 constexpr int kWide = kLanes<double>;
-using Corners = std::array<double, 8>;  // a number for each corner of a cell
+using Corners = std::array<double, 8>;  // a value for each corner of a cell
 
-bool behind(const Corners& least, const Corners& most) {
+bool is_behind(const Corners& least, const Corners& most) {
   bool all_behind = true;
   for (int j = 0; j < 8; ++j) all_behind &= least[j] > most[j];
   return all_behind;
@@ -27,9 +27,9 @@ bool behind(const Corners& least, const Corners& most) {
 
 }  // namespace
 
-struct NearCells::Cube {
+struct TriangleOctree::Cube {
   Vector3<double> centre;
-  double half;  // of a side, m
+  double half;  // half of the side, m
 
   Cube part(int which) const {
     const double h = half / 2;
@@ -37,8 +37,8 @@ struct NearCells::Cube {
   }
   double reach() const { return std::sqrt(3.0) * half; }
 
-  /// The distances of a triangle from the corners.
-  Corners distances(const NearMesh& mesh, int triangle) const {
+  /// Distances of a triangle from the corners of the cube.
+  Corners distances(const OctreeView& mesh, int triangle) const {
     const int* t = mesh.triangles[triangle];
     const auto all = [](const Vec4<double>& a) { return Vector3<S>{S(a.x), S(a.y), S(a.z)}; };
     const Vector3<S> a = all(mesh.corners[t[0]]), b = all(mesh.corners[t[1]]), c = all(mesh.corners[t[2]]);
@@ -58,29 +58,30 @@ struct NearCells::Cube {
   }
 };
 
-/// A triangle, and below which numbers its distances from the corners of the cell, and with them (a distance is convex)
-/// those from all points of it, cannot fall.
-struct NearCells::Candidate {
+/// A candidate triangle, with lower bounds for the comparison of its distances at the corners of the cell; as distances
+/// are convex, the corners decide for all points of the cell.
+struct TriangleOctree::Candidate {
   int triangle;
-  double distance;  // m, from the centre
+  double distance;  // m, from the centre of the cell
   Corners least;
-  bool gone = false;
+  bool removed = false;
 };
 
-NearCells::NearCells(const TriangleScene& scene, ReadableVector<Vec4<double>>& corners,
-                     const ReadableVector<std::array<int, 3>>& triangles, const Vector3<double>& half, double skin)
+TriangleOctree::TriangleOctree(const TriangleScene& scene, ReadableVector<Vec4<double>>& corners,
+                               const ReadableVector<std::array<int, 3>>& triangles, const Vector3<double>& half,
+                               double skin)
     : scene_(scene), skin_(skin), cells_(nullptr, nullptr), lists_(nullptr, nullptr) {
   const double size = norm(half);
   rounding_ = 1e-11 * size;
   mesh_.corners = corners.data(), mesh_.triangles = reinterpret_cast<const int(*)[3]>(triangles.data());
   mesh_.half = 1.2 * std::max({half.x, half.y, half.z});
-  mesh_.per_cell = (1 << kDeepest) / (2 * mesh_.half);
+  mesh_.per_cell = (1 << kMaxDepth) / (2 * mesh_.half);
   double edges = 0;
   for (const auto& t : triangles) {
     const Vector3<double> a = corners[t[0]].xyz(), ab = corners[t[1]].xyz() - a, ac = corners[t[2]].xyz() - a;
     const double longest = std::max({norm(ab), norm(ac), norm(ab - ac)}), twice_area = norm(cross(ab, ac));
     edges += longest;
-    // Where a point is projected onto a face, rounding is enlarged by the distance over the face's height.
+    // In a projection onto a face, rounding is amplified by the ratio of the distance to the height of the face.
     const double enlarged = size * longest / twice_area;
     error_.push_back(16 * longest * std::numeric_limits<double>::epsilon() * enlarged * enlarged);
     if (!(error_.back() >= 0)) error_.back() = INFINITY;
@@ -88,34 +89,35 @@ NearCells::NearCells(const TriangleScene& scene, ReadableVector<Vec4<double>>& c
   const auto count = static_cast<long>(triangles.size());
   mesh_.leaf = count <= kSmallMesh ? kShortList : kLeafList;
   const double side = kSideInEdges * edges / static_cast<double>(count);
-  while (count > kMostListed && mesh_.start < kFinestGrid && 2 * mesh_.half > side * (1 << mesh_.start)) ++mesh_.start;
+  while (count > kMaxListLength && mesh_.start < kFinestGrid && 2 * mesh_.half > side * (1 << mesh_.start))
+    ++mesh_.start;
   mesh_.side = 2 * mesh_.half / (1 << mesh_.start);
-  most_cells_ = static_cast<int>(std::min(4096 + count, 1L << 28));
-  most_listed_ = static_cast<int>(std::min(65536 + 32 * count, 1L << 30));
-  cells_ = readable_array<OctreeNode>(most_cells_, false);
-  lists_ = readable_array<int>(most_listed_, false);
+  max_cells_ = static_cast<int>(std::min(4096 + count, 1L << 28));
+  max_listed_ = static_cast<int>(std::min(65536 + 32 * count, 1L << 30));
+  cells_ = readable_array<OctreeNode>(max_cells_, false);
+  lists_ = readable_array<int>(max_listed_, false);
   mesh_.cells = cells_.get(), mesh_.lists = lists_.get();
   clear();
 }
 
-void NearCells::clear() {
+void TriangleOctree::clear() {
   grid_ = readable_array<GridCell>(std::size_t{1} << 3 * mesh_.start, true, memory_);
   mesh_.grid = grid_.get();
   cells_used_ = 1, listed_ = 0, full_ = false;
 }
 
-bool NearCells::tidy() {
+bool TriangleOctree::reset_if_full() {
   if (!full_) return false;
   clear();
   return true;
 }
 
-bool NearCells::measure(const OctreeKey& path) {
-  GridCell& cell = grid_[place_in_grid(mesh_, path)];
+bool TriangleOctree::measure(const OctreeKey& path) {
+  GridCell& cell = grid_[grid_index(mesh_, path)];
   float known;
   __atomic_load(&cell.distance, &known, __ATOMIC_RELAXED);
   if (known > 0) return false;
-  const Vector3<double> p = centre_in_grid(mesh_, path);
+  const Vector3<double> p = grid_cell_centre(mesh_, path);
   double nearest = 8 * mesh_.half;
   const double slack = skin_ + 1e-6 * norm(p);
   point_query(scene_, {float(p.x), float(p.y), float(p.z)}, float(nearest + slack), [&](int t) {
@@ -127,63 +129,63 @@ bool NearCells::measure(const OctreeKey& path) {
   return true;
 }
 
-bool NearCells::make(const OctreeKey& path) try {
+bool TriangleOctree::make(const OctreeKey& path) try {
   if (full_) return false;
-  Cube cube{centre_in_grid(mesh_, path), mesh_.side / 2};
-  int* link = &grid_[place_in_grid(mesh_, path)].cell;
+  Cube cube{grid_cell_centre(mesh_, path), mesh_.side / 2};
+  int* link = &grid_[grid_index(mesh_, path)].cell;
   for (int parent = 0;;) {
     int at = published(*link);
     if (at == 0) {
       const int made = make(parent, cube, path);
       if (made == 0) return false;
-      // Another thread may have made the same cell meanwhile: both hold the same list, and one is kept.
+      // Another thread may have made the same cell meanwhile: both have the same list, and one is used.
       if (__atomic_compare_exchange_n(link, &at, made, false, __ATOMIC_ACQ_REL, __ATOMIC_ACQUIRE)) at = made;
     }
     OctreeNode& cell = cells_[at];
-    if (is_leaf(mesh_, cell)) return cell.count <= kMostListed;
-    const int part = path.part(cell.depth);
+    if (is_leaf(mesh_, cell)) return cell.count <= kMaxListLength;
+    const int part = path.child_index(cell.depth);
     cube = cube.part(part), link = &cell.child[part], parent = at;
   }
 } catch (const std::bad_alloc&) {
-  return false;  // no list: the whole mesh is asked, and no exception may leave a thread
+  return false;  // no list: the whole mesh is queried; no exception may leave a thread
 }
 
-double NearCells::distance(const Vector3<double>& p, int triangle) const {
+double TriangleOctree::distance(const Vector3<double>& p, int triangle) const {
   const int* c = mesh_.triangles[triangle];
   const auto at = [&](int k) { return mesh_.corners[c[k]].xyz(); };
   return norm(p - nearest_on_triangle(p, at(0), at(1), at(2)).q);
 }
 
-/// All triangles that may be the nearest one of a point of the cube: no farther from its centre than the nearest and
-/// the way to a corner and back.
-std::vector<int> NearCells::near(const Cube& cube) const {
+/// All triangles that may be closest to a point of the cube: no farther from its centre than the closest one plus twice
+/// the distance to a corner.
+std::vector<int> TriangleOctree::candidates_for(const Cube& cube) const {
   const Vector3<double>& p = cube.centre;
-  std::vector<std::pair<double, int>> seen;
+  std::vector<std::pair<double, int>> found_triangles;
   double nearest = 8 * mesh_.half;
   const double more = 2 * cube.reach() + rounding_, slack = skin_ + 1e-6 * norm(p);
   point_query(scene_, {float(p.x), float(p.y), float(p.z)}, float(nearest + more + slack), [&](int t) {
     const double least = distance(p, t) - error_[t];
     nearest = std::min(nearest, least + 2 * error_[t]);
-    if (!(least > nearest + more)) seen.push_back({least, t});
+    if (!(least > nearest + more)) found_triangles.push_back({least, t});
     return static_cast<float>(nearest + more + slack);
   });
   std::vector<int> triangles;
-  for (const auto& [least, t] : seen)
+  for (const auto& [least, t] : found_triangles)
     if (!(least > nearest + more)) triangles.push_back(t);
   std::sort(triangles.begin(), triangles.end());
   return triangles;
 }
 
-/// Leaves out every triangle to which some other one is nearer at all points of the cell. At a point inside, the
-/// distance of the one is at most the largest of those at the corners, as it is convex, and that of the other at least
-/// what its slope at the centre foretells: so the corners decide.
-int NearCells::make(int parent, const Cube& cube, const OctreeKey& path) {
+/// Removes every triangle to which some other one is nearer at all points of the cell. The distance of the other one is
+/// bounded from above by its values at the corners, as it is convex; that of the removed one from below by its tangent
+/// at the centre: so a comparison at the corners decides.
+int TriangleOctree::make(int parent, const Cube& cube, const OctreeKey& path) {
   const int depth = parent == 0 ? mesh_.start : cells_[parent].depth + 1;
   std::vector<int> own;
-  const bool cut = depth > mesh_.start;
-  if (!cut) own = near(cube);
-  const int* const list = cut ? lists_.get() + cells_[parent].first : own.data();
-  const int count = cut ? cells_[parent].count : static_cast<int>(own.size());
+  const bool is_split = depth > mesh_.start;
+  if (!is_split) own = candidates_for(cube);
+  const int* const list = is_split ? lists_.get() + cells_[parent].first : own.data();
+  const int count = is_split ? cells_[parent].count : static_cast<int>(own.size());
   if (count == 0) return 0;
 
   struct Found {
@@ -193,7 +195,7 @@ int NearCells::make(int parent, const Cube& cube, const OctreeKey& path) {
   std::vector<Found> found(count + kWide);
   const Vector3<S> p{S(cube.centre.x), S(cube.centre.y), S(cube.centre.z)};
   for (int k = 0; k < count; k += kWide) {
-    const Vector3<S> d = p - nearest_of_listed(mesh_, p, list + k, count - k).q;
+    const Vector3<S> d = p - closest_points_on(mesh_, p, list + k, count - k).q;
     const S distance = sqrt(dot(d, d));
     for (int l = 0; l < kWide; ++l) found[k + l] = {lane(distance, l), {lane(d.x, l), lane(d.y, l), lane(d.z, l)}};
   }
@@ -213,29 +215,29 @@ int NearCells::make(int parent, const Cube& cube, const OctreeKey& path) {
     const double least = found[k].distance - margin(list[k]);
     if (least - cube.reach() > farthest) continue;
     Candidate candidate{list[k], found[k].distance, {}};
-    if (found[k].distance > cube.half / 8) {  // nearer it has no certain slope
+    if (found[k].distance > cube.half / 8) {  // nearer the slope is not reliable
       const Vector3<double> slope = found[k].d * (cube.half / found[k].distance);
       for (int j = 0; j < 8; ++j)
         candidate.least[j] =
             least + (j & 1 ? slope.x : -slope.x) + (j & 2 ? slope.y : -slope.y) + (j & 4 ? slope.z : -slope.z);
-      if (k != nearest && behind(candidate.least, of_nearest)) continue;
+      if (k != nearest && is_behind(candidate.least, of_nearest)) continue;
     }
     all.push_back(candidate);
   }
-  // Those nearest to the centre leave out most of what can be left out.
-  const auto few = std::min(all.size(), kCompared);
-  std::partial_sort(all.begin(), all.begin() + few, all.end(),
+  // The candidates nearest to the centre remove most of the triangles that can be removed.
+  const auto compared = std::min(all.size(), kCompared);
+  std::partial_sort(all.begin(), all.begin() + compared, all.end(),
                     [](const Candidate& t, const Candidate& u) { return t.distance < u.distance; });
-  for (std::size_t u = 0; u < few; ++u) {
-    if (all[u].gone || all[u].triangle == list[nearest]) continue;
+  for (std::size_t u = 0; u < compared; ++u) {
+    if (all[u].removed || all[u].triangle == list[nearest]) continue;
     const Corners most = most_of(all[u].triangle);
-    for (std::size_t t = 0; t < all.size(); ++t) all[t].gone |= t != u && behind(all[t].least, most);
+    for (std::size_t t = 0; t < all.size(); ++t) all[t].removed |= t != u && is_behind(all[t].least, most);
   }
-  all.resize(std::remove_if(all.begin(), all.end(), [](const Candidate& t) { return t.gone; }) - all.begin());
+  all.resize(std::remove_if(all.begin(), all.end(), [](const Candidate& t) { return t.removed; }) - all.begin());
   std::sort(all.begin(), all.end(), [](const Candidate& t, const Candidate& u) { return t.triangle < u.triangle; });
-  const bool hardly = cut && 4 * all.size() > 3 * static_cast<std::size_t>(count);
+  const bool hardly_shorter = is_split && 4 * all.size() > 3 * static_cast<std::size_t>(count);
   const long listed = static_cast<long>(all.size()), first = listed_.fetch_add(listed);
-  if (first + listed > most_listed_) {
+  if (first + listed > max_listed_) {
     full_ = true;
     return 0;
   }
@@ -244,21 +246,21 @@ int NearCells::make(int parent, const Cube& cube, const OctreeKey& path) {
     lists_[first + k] = all[k].triangle;
     error = std::max(error, margin(all[k].triangle));
   }
-  const int bits = kDeepest - depth;
+  const int bits = kMaxDepth - depth;
   return add({{},
               int(first),
               int(listed),
               depth,
-              hardly ? cells_[parent].failed_splits + 1 : 0,
+              hardly_shorter ? cells_[parent].failed_splits + 1 : 0,
               path.x >> bits,
               path.y >> bits,
               path.z >> bits,
               1.001f * static_cast<float>(error)});
 }
 
-int NearCells::add(const OctreeNode& cell) {
+int TriangleOctree::add(const OctreeNode& cell) {
   const int number = cells_used_.fetch_add(1);
-  if (number >= most_cells_) {
+  if (number >= max_cells_) {
     full_ = true;
     return 0;
   }
@@ -266,9 +268,9 @@ int NearCells::add(const OctreeNode& cell) {
   return number;
 }
 
-std::size_t NearCells::bytes() const {
-  return std::min<std::size_t>(cells_used_, most_cells_) * sizeof(OctreeNode) +
-         std::min<std::size_t>(listed_, most_listed_) * sizeof(int) + (sizeof(GridCell) << 3 * mesh_.start) +
+std::size_t TriangleOctree::bytes() const {
+  return std::min<std::size_t>(cells_used_, max_cells_) * sizeof(OctreeNode) +
+         std::min<std::size_t>(listed_, max_listed_) * sizeof(int) + (sizeof(GridCell) << 3 * mesh_.start) +
          error_.size() * sizeof(double);
 }
 

@@ -53,7 +53,7 @@ class Levels {
 
   /// Before a step: rounding is to be small beside bodies, wherever they are.
   void take_origins(const Executor& executor, const Points<R>& x) const {
-    parallel_for(executor, static_cast<int>(islands_.size()), TakeOrigins<R>{x, islands_.data(), origins_.points()});
+    parallel_for(executor, static_cast<int>(islands_.size()), StoreOrigins<R>{x, islands_.data(), origins_.points()});
   }
   /// The finest level arrives, where a visit that predicts will take its particles: `finest` knows their patches.
   template <class Team>

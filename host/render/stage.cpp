@@ -17,7 +17,7 @@ Vec linear(const std::array<float, 3>& srgb) {
 
 std::array<float, 3> plain(const Vec& v) { return {v[0], v[1], v[2]}; }
 
-bool finite(const std::array<float, 3>& p) { return embree_detail::usable(p); }
+bool finite(const std::array<float, 3>& p) { return embree_detail::is_valid(p); }
 
 }  // namespace
 

@@ -12,23 +12,23 @@ namespace malha {
 
 namespace {
 
-constexpr int kUnitPoints = 128, kFew = 4;
+constexpr int kClusterParticles = 128, kGroup = 4;
 
-/// Cuts the list in two, along the longest side of what it spans, again and again: whole units, whole leaves, and
-/// fours, so that the edges and triangles of a leaf lie together too.
+/// Bisects the list recursively along the longest side of its bounding box: into whole clusters, whole leaves, and
+/// groups of four, so that the edges and triangles of a leaf are close together too.
 void bisect(const std::vector<Vec3>& x, std::vector<int>::iterator begin, std::vector<int>::iterator end) {
   const auto count = static_cast<int>(end - begin);
-  if (count <= kFew) return std::sort(begin, end);
+  if (count <= kGroup) return std::sort(begin, end);
   const int axis = longest_side(bounds_of(x, std::span(begin, end)));
-  const int whole = count > kUnitPoints ? kUnitPoints : count > kBranch ? kBranch : kFew;
-  const auto middle = begin + (count / 2 + whole - 1) / whole * whole;
+  const int block = count > kClusterParticles ? kClusterParticles : count > kBranch ? kBranch : kGroup;
+  const auto middle = begin + (count / 2 + block - 1) / block * block;
   const auto before = [&](int a, int b) { return x[a][axis] != x[b][axis] ? x[a][axis] < x[b][axis] : a < b; };
   std::nth_element(begin, middle, end, before);
   bisect(x, begin, middle);
   bisect(x, middle, end);
 }
 
-/// All particles with a simplex: those of large bodies body by body, because bodies part.
+/// All particles with a simplex, in order; large bodies one by one, because bodies separate.
 std::vector<int> ordered_points(const SelfSurface& surface, const std::vector<Vec3>& x) {
   std::map<int, std::vector<int>> of_body;
   for (const Simplex& s : surface.simplices)
@@ -36,7 +36,7 @@ std::vector<int> ordered_points(const SelfSurface& surface, const std::vector<Ve
       if (s.owns_corner(k)) of_body[surface.body[s.corner[k]]].push_back(s.corner[k]);
   std::vector<int> all, small;
   for (auto& [body, points] : of_body) {
-    if (static_cast<int>(points.size()) < kUnitPoints) {
+    if (static_cast<int>(points.size()) < kClusterParticles) {
       small.insert(small.end(), points.begin(), points.end());
       continue;
     }
@@ -48,7 +48,7 @@ std::vector<int> ordered_points(const SelfSurface& surface, const std::vector<Ve
   return all;
 }
 
-/// An item and the lowest ranks of its particles, by which it has its place.
+/// An item, and the sorted ranks of its particles, which order it among the items.
 template <int n>
 struct Ranked {
   std::array<int, n> rank, particle;
@@ -65,14 +65,14 @@ Ranked<n> ranked(const std::array<int, n>& particle, const std::vector<int>& ran
 
 std::array<int, 2> ends_in_order(int a, int b) { return {std::min(a, b), std::max(a, b)}; }
 
-/// Lays out the sorted items unit by unit.
+/// Adds the sorted items cluster by cluster, padded to whole leaves. Returns the first item of each cluster.
 template <int n, class Add>
-std::vector<int> laid_out(const std::vector<Ranked<n>>& items, int units, const Add& add) {
+std::vector<int> add_by_cluster(const std::vector<Ranked<n>>& items, int clusters, const Add& add) {
   std::vector<int> begin{0};
   std::size_t next = 0;
-  for (int u = 0; u < units; ++u) {
+  for (int u = 0; u < clusters; ++u) {
     int count = begin.back();
-    for (; next < items.size() && items[next].rank[0] / kUnitPoints == u; ++next, ++count) add(&items[next]);
+    for (; next < items.size() && items[next].rank[0] / kClusterParticles == u; ++next, ++count) add(&items[next]);
     for (; count % kBranch != 0; ++count) add(nullptr);
     begin.push_back(count);
   }
@@ -81,7 +81,7 @@ std::vector<int> laid_out(const std::vector<Ranked<n>>& items, int units, const 
 
 }  // namespace
 
-UnitPlan plan_units(const SelfSurface& surface, const std::vector<Vec3>& x) {
+ClusterPlan plan_clusters(const SelfSurface& surface, const std::vector<Vec3>& x) {
   const std::vector<int> points = ordered_points(surface, x);
   std::vector<int> rank(x.size(), -1);
   std::vector<Ranked<1>> of_points;
@@ -108,18 +108,18 @@ UnitPlan plan_units(const SelfSurface& surface, const std::vector<Vec3>& x) {
   std::sort(triangles.begin(), triangles.end());
   std::sort(edges.begin(), edges.end());
 
-  UnitPlan plan;
-  plan.units = (static_cast<int>(points.size()) + kUnitPoints - 1) / kUnitPoints;
-  plan.begin[kPoints] =
-      laid_out(of_points, plan.units, [&](const Ranked<1>* at) { plan.point.push_back(at ? at->particle[0] : -1); });
-  plan.begin[kTriangles] = laid_out(triangles, plan.units, [&](const Ranked<3>* at) {
+  ClusterPlan plan;
+  plan.clusters = (static_cast<int>(points.size()) + kClusterParticles - 1) / kClusterParticles;
+  plan.begin[kPoints] = add_by_cluster(of_points, plan.clusters,
+                                       [&](const Ranked<1>* at) { plan.point.push_back(at ? at->particle[0] : -1); });
+  plan.begin[kTriangles] = add_by_cluster(triangles, plan.clusters, [&](const Ranked<3>* at) {
     for (int k = 0; k < 3; ++k) plan.corner[k].push_back(at ? at->particle[k] : -1);
   });
-  plan.begin[kEdges] = laid_out(edges, plan.units, [&](const Ranked<2>* at) {
+  plan.begin[kEdges] = add_by_cluster(edges, plan.clusters, [&](const Ranked<2>* at) {
     for (int k = 0; k < 2; ++k) plan.end[k].push_back(at ? at->particle[k] : -1);
     plan.wire_edge.push_back(at && at->wire_edge);
   });
-  plan.level = {0}, plan.nodes = {plan.units};
+  plan.level = {0}, plan.nodes = {plan.clusters};
   while (plan.nodes.back() > kBranch) {
     plan.level.push_back(plan.level.back() + (plan.nodes.back() + kBranch - 1) / kBranch * kBranch);
     plan.nodes.push_back((plan.nodes.back() + kBranch - 1) / kBranch);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which particles, triangles and edges search for pairs together: planned once, from where they are at the start.
+// Plan of the clusters (kernels/self_collision/cluster_bvh.h): built once, from the positions at the start.
 #pragma once
 #include <vector>
 
@@ -8,16 +8,16 @@
 
 namespace malha {
 
-/// Solver's numbers; each unit's items of a kind from a multiple of kBranch on, padded with -1.
-struct UnitPlan {
-  int units = 0;
-  std::vector<int> begin[kItemKinds];  // of each unit's items, and one more
+/// Particles by the solver's numbers; the items of a cluster start at a multiple of kBranch and are padded with -1.
+struct ClusterPlan {
+  int clusters = 0;
+  std::vector<int> begin[kItemKinds];  // first item of each cluster, one more at the end
   std::vector<int> point, corner[3], end[2];
-  std::vector<unsigned char> wire_edge;  // of each edge: whether no triangle has it
-  std::vector<int> level, nodes;         // of the tree over the units: where each level begins, and how many it has
+  std::vector<unsigned char> wire_edge;  // of each edge: 1 if it belongs to no triangle
+  std::vector<int> level, nodes;         // of the tree over the clusters: first node and number of nodes of each level
 };
 
 /// `x`: positions at the start, m.
-UnitPlan plan_units(const SelfSurface& surface, const std::vector<Vec3>& x);
+ClusterPlan plan_clusters(const SelfSurface& surface, const std::vector<Vec3>& x);
 
 }  // namespace malha

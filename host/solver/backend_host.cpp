@@ -35,14 +35,14 @@ void deal_on_host(const OpenMP& host, int groups, const Kernel& kernel) {
 }
 template void deal_on_host(const OpenMP&, int, const FindContact<float>&);
 template void deal_on_host(const OpenMP&, int, const FindContact<double>&);
-template void deal_on_host(const OpenMP&, int, const PutBeforeMeshes<float>&);
-template void deal_on_host(const OpenMP&, int, const PutBeforeMeshes<double>&);
-template void deal_on_host(const OpenMP&, int, const HoldBounce<float>&);
-template void deal_on_host(const OpenMP&, int, const HoldBounce<double>&);
-template void deal_on_host(const OpenMP&, int, const CarryBeforeMeshes<float>&);
-template void deal_on_host(const OpenMP&, int, const CarryBeforeMeshes<double>&);
-template void deal_on_host(const OpenMP&, int, const NotePressed<float>&);
-template void deal_on_host(const OpenMP&, int, const NotePressed<double>&);
+template void deal_on_host(const OpenMP&, int, const ClampTunnelling<float>&);
+template void deal_on_host(const OpenMP&, int, const ClampTunnelling<double>&);
+template void deal_on_host(const OpenMP&, int, const ClampRestitution<float>&);
+template void deal_on_host(const OpenMP&, int, const ClampRestitution<double>&);
+template void deal_on_host(const OpenMP&, int, const MoveWithMeshes<float>&);
+template void deal_on_host(const OpenMP&, int, const MoveWithMeshes<double>&);
+template void deal_on_host(const OpenMP&, int, const RecordTunnelling<float>&);
+template void deal_on_host(const OpenMP&, int, const RecordTunnelling<double>&);
 
 std::unique_ptr<Solver> make_solver_on_cuda(const Model& model, int threads, const ShowProgress& progress, bool timed) {
   return instantiate_on_cuda(model, OpenMP{threads > 0 ? threads : 1, widest_instructions()}, progress, timed);

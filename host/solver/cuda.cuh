@@ -268,7 +268,7 @@ __global__ void launch_alone(int begin, int groups, char* fast, std::size_t byte
 
 template <class Kernel>
 void parallel_for(const Cuda& executor, int n, const Kernel& kernel, int /*grain*/ = kParticleGrain) {
-  if constexpr (kAsksTheHost<Kernel>) {
+  if constexpr (kRunsOnHost<Kernel>) {
     synchronize(executor);
     parallel_for(on_host(executor), n, kernel, 0);
   } else {
@@ -302,7 +302,7 @@ void parallel_groups(const Cuda& executor, int begin, int end, const ScratchMemo
 template <class Kernel>
 void parallel_for_interleaved(const Cuda& executor, int groups, const Kernel& kernel,
                               const ScratchMemory& memory = {}) {
-  if constexpr (kAsksTheHost<Kernel>)
+  if constexpr (kRunsOnHost<Kernel>)
     deal_on_host(on_host(executor), groups, kernel);
   else
     parallel_groups(executor, 0, groups, memory, kernel);
@@ -323,7 +323,7 @@ template <class Value, class Kernel>
 Value parallel_reduce(const Cuda& executor, int n, const Kernel& kernel, int /*grain*/ = kParticleGrain) {
   const ReducePlan plan(n);
   std::vector<Value> sums(kReduceGroups, Value{});
-  if constexpr (kAsksTheHost<Kernel>) {
+  if constexpr (kRunsOnHost<Kernel>) {
     synchronize(executor);
     parallel_for(on_host(executor), plan.groups, ReduceGroup<Value, Kernel>{sums.data(), kernel, n, plan.runs}, 0);
   } else {

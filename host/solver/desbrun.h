@@ -44,7 +44,7 @@ class Desbrun final : public TimeStepper<Executor, R> {
     }
     for (const SystemBlock& body : system.blocks)
       if (body.free) free_blocks_.push_back(body);
-    if (!free_blocks_.empty()) members_ = Array<Executor, int>(system.particle), net_.emplace(executor);
+    if (!free_blocks_.empty()) members_ = Array<Executor, int>(system.particle), filter_corrector_.emplace(executor);
     facts_.filter = filter_->facts();
     facts_.free_bodies = static_cast<int>(free_blocks_.size());
     facts_.corrects = corrector_ != Corrector::Off;
@@ -109,7 +109,8 @@ class Desbrun final : public TimeStepper<Executor, R> {
   void take_net_motion(Corrector corrector) {
     const Particles<R> all = this->particles();
     for (const SystemBlock& body : free_blocks_)
-      net_->correct({all.x, acceleration_.points(), all.w, members_.data() + body.first}, body.count, corrector);
+      filter_corrector_->correct({all.x, acceleration_.points(), all.w, members_.data() + body.first}, body.count,
+                                 corrector);
   }
 
   /// Pressure pushes as XPBD does, but in the filter's metric, along S grad C instead of M^-1 grad C: this solves the
@@ -200,7 +201,7 @@ class Desbrun final : public TimeStepper<Executor, R> {
   std::vector<std::vector<int>> filtered_pressures_;  // those of each product
   std::vector<int> plain_pressures_;
   Array<Executor, int> members_;
-  std::optional<FilterCorrector<Executor, R>> net_;
+  std::optional<FilterCorrector<Executor, R>> filter_corrector_;
   std::optional<Limits<Executor, R>> limits_;
   std::chrono::steady_clock::time_point started_;
 };

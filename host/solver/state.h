@@ -82,8 +82,8 @@ std::string save_state(const State<R>& state, const Contacts& contacts) {
         take(state.edges.valid);
   };
   std::size_t most = 3 * sizeof state.steps + (2 * state.x.size() + state.low.size()) * sizeof state.x[0];
-  most += contacts.box_count() * sizeof(WordBox) + contacts.most_places() * sizeof(PlaceSeen) +
-          contacts.near_count() * sizeof(SeenOfPair);
+  most += contacts.box_count() * sizeof(GroupBox) + contacts.max_entries() * sizeof(CacheEntry) +
+          contacts.near_count() * sizeof(PairRecord);
   of_all([&](const auto& values) { most += values.size() * sizeof values[0]; });
   bytes.reserve(most);
   const auto append = [&](const auto& values) { detail::append(bytes, values); };
@@ -91,7 +91,7 @@ std::string save_state(const State<R>& state, const Contacts& contacts) {
   append(state.low);
   append(std::vector<std::int64_t>{static_cast<std::int64_t>(contacts.box_count()),
                                    static_cast<std::int64_t>(contacts.near_count())});
-  contacts.tell(append);
+  contacts.for_each_part(append);
   of_all(append);
   return bytes;
 }
@@ -117,7 +117,7 @@ inline void check_search(const SearchMemory& search, const std::string& file) {
     if (count < least || count > most)
       refuse(file, what, std::to_string(count), std::to_string(least) + " to " + std::to_string(most));
   };
-  constexpr int most = SearchMemory::kMostAhead;
+  constexpr int most = SearchMemory::kMaxAhead;
   check("search that serves", search.valid, 0, 1), check("bodies that cross", search.crosses, 0, 1);
   check("substeps ahead of a search", search.horizon, 1, most);
   check("substeps of a search", search.age, 1, std::numeric_limits<int>::max());
@@ -135,12 +135,12 @@ inline void check_contacts(const ContactMemory& seen, std::int64_t pairs, std::i
   const auto is_place = [](const auto& a) {
     return std::abs(double(a.x)) <= most && std::abs(double(a.y)) <= most && std::abs(double(a.z)) <= most;
   };
-  for (const WordBox& box : seen.boxes) {
+  for (const GroupBox& box : seen.boxes) {
     const Vector3<float>& half = box.half;
-    require_numbers(box.is_of_each() || (is_place(box.centre) && is_place(half) && half.x >= 0 && half.y >= 0 &&
-                                         half.z >= 0 && !std::isnan(box.distance)));
+    require_numbers(box.has_entries() || (is_place(box.centre) && is_place(half) && half.x >= 0 && half.y >= 0 &&
+                                          half.z >= 0 && !std::isnan(box.distance)));
   }
-  for (const PlaceSeen& a : seen.places) require_numbers(is_place(a));
+  for (const CacheEntry& a : seen.entries) require_numbers(is_place(a));
   std::int64_t least = 0;
   for (const auto& [pair, last] : seen.near) {
     if (pair < least || pair >= pairs)
@@ -213,7 +213,7 @@ State<R> load_state(const std::string& bytes, const StateSizes& sizes, const std
   constexpr std::size_t two = 2 * sizeof(std::int64_t);
   // Where it says how many boxes there are, and how many pairs are near.
   const std::size_t counts_at = sizeof state.steps + (6 * sizes.particles + 3 * carries) * sizeof(R),
-                    words = words_of(sizes.particles);
+                    words = groups_of(sizes.particles);
   std::int64_t counts[2] = {0, 0};
   if (bytes.size() >= counts_at + two) std::memcpy(counts, bytes.data() + counts_at, two);
   const auto boxes = static_cast<std::int64_t>(sizes.meshes * words);
@@ -224,14 +224,14 @@ State<R> load_state(const std::string& bytes, const StateSizes& sizes, const std
     refuse(file, "contacts", counted(counts[1], "pair"), "at most the " + std::to_string(pairs) + " there are");
   const auto box_count = static_cast<std::size_t>(counts[0]), near = static_cast<std::size_t>(counts[1]);
   std::size_t places = 0;
-  if (const std::size_t at = counts_at + two; box_count > 0 && bytes.size() >= at + box_count * sizeof(WordBox)) {
+  if (const std::size_t at = counts_at + two; box_count > 0 && bytes.size() >= at + box_count * sizeof(GroupBox)) {
     detail::take(bytes.data() + at, box_count, state.seen.boxes);
     for (std::size_t mesh = 0; mesh < sizes.meshes; ++mesh)
-      places += places_of(state.seen.boxes.data() + mesh * words, sizes.particles);
+      places += count_entries(state.seen.boxes.data() + mesh * words, sizes.particles);
   }
   const std::size_t expected =
-      counts_at + two + 11 * sizes.searched * sizeof(R) + box_count * sizeof(WordBox) + places * sizeof(PlaceSeen) +
-      near * sizeof(SeenOfPair) + sizes.rest * sizeof(std::int64_t) + searches * sizeof(SearchMemory) +
+      counts_at + two + 11 * sizes.searched * sizeof(R) + box_count * sizeof(GroupBox) + places * sizeof(CacheEntry) +
+      near * sizeof(PairRecord) + sizes.rest * sizeof(std::int64_t) + searches * sizeof(SearchMemory) +
       3 * parted * sizeof(R) + sizes.edge_groups * (7 * sizes.particles * sizeof(R) + sizeof(std::int64_t));
   if (bytes.size() != expected)
     refuse(file, "state", std::to_string(bytes.size()) + " bytes",
@@ -242,7 +242,7 @@ State<R> load_state(const std::string& bytes, const StateSizes& sizes, const std
   from = detail::take(from, sizes.particles, state.v);
   from = detail::take(from, carries, state.low);
   from = detail::take(from + two, box_count, state.seen.boxes);
-  from = detail::take(from, places, state.seen.places);
+  from = detail::take(from, places, state.seen.entries);
   from = detail::take(from, near, state.seen.near);
   from = detail::take(from, sizes.rest, state.rest);
   from = detail::take(from, sizes.searched, state.self.x0);
@@ -263,32 +263,32 @@ State<R> load_state(const std::string& bytes, const StateSizes& sizes, const std
 /// nothing has been seen of them.
 inline ContactMemory carried(const ContactMemory& before, std::size_t particles, const std::vector<int>& from) {
   ContactMemory all;
-  const std::size_t words = words_of(particles);
-  const PlaceSeen* place = before.places.data();
+  const std::size_t words = groups_of(particles);
+  const CacheEntry* place = before.entries.data();
   auto near = before.near.begin();
   for (std::size_t mesh = 0; mesh * words < before.boxes.size(); ++mesh) {
-    const WordBox* const boxes = before.boxes.data() + mesh * words;
-    std::vector<PlaceSeen> places(particles, {0, 0, 0, -INFINITY});
+    const GroupBox* const boxes = before.boxes.data() + mesh * words;
+    std::vector<CacheEntry> places(particles, {0, 0, 0, -INFINITY});
     for (std::size_t i = 0; i < particles; ++i)
-      if (boxes[i / kGroupSize].is_of_each()) places[i] = *place++;
-    for (std::size_t word = 0; word < words_of(from.size()); ++word) {
-      const int *const own = from.data() + word * kGroupSize, *const end = own + particles_in(word, from.size());
+      if (boxes[i / kGroupSize].has_entries()) places[i] = *place++;
+    for (std::size_t word = 0; word < groups_of(from.size()); ++word) {
+      const int *const own = from.data() + word * kGroupSize, *const end = own + particles_in_group(word, from.size());
       const int first = own[0] / kGroupSize;
-      const auto is_of_each = [&](int i) { return boxes[i / kGroupSize].is_of_each(); };
-      if (std::any_of(own, end, is_of_each)) {
-        all.boxes.push_back({{}, {1, 0, 0}, WordBox::kOfEach});
-        for (const int* i = own; i < end; ++i) all.places.push_back(places[*i]);
+      const auto has_entries = [&](int i) { return boxes[i / kGroupSize].has_entries(); };
+      if (std::any_of(own, end, has_entries)) {
+        all.boxes.push_back({{}, {1, 0, 0}, GroupBox::kPerParticle});
+        for (const int* i = own; i < end; ++i) all.entries.push_back(places[*i]);
       } else {
         const bool together = std::all_of(own, end, [&](int i) { return i / kGroupSize == first; });
-        all.boxes.push_back(together ? boxes[first] : WordBox{});
+        all.boxes.push_back(together ? boxes[first] : GroupBox{});
       }
     }
     std::vector<const ClosestPointRecord*> last(particles, nullptr);
     for (; near != before.near.end() && near->pair < static_cast<long long>((mesh + 1) * particles); ++near)
-      last[near->pair % particles] = &near->seen;
+      last[near->pair % particles] = &near->record;
     for (std::size_t i = 0; i < from.size(); ++i)
-      if (const ClosestPointRecord* const seen = last[from[i]])
-        all.near.push_back({static_cast<long long>(mesh * from.size() + i), *seen});
+      if (const ClosestPointRecord* const record = last[from[i]])
+        all.near.push_back({static_cast<long long>(mesh * from.size() + i), *record});
   }
   return all;
 }

@@ -30,8 +30,8 @@
 #include "host/model/validate_outputs.h"
 #include "host/patch/sweep.h"
 #include "host/projection/user_constraints.h"
+#include "host/self_collision/final_guard.h"
 #include "host/self_collision/self_collider.h"
-#include "host/self_collision/truncate.h"
 #include "host/solver/energy_guard.h"
 #include "host/solver/graph_capture.h"
 #include "host/solver/overlap_host_queries.h"
@@ -53,7 +53,7 @@ template <class Executor, class R>
 class TimeStepper : public Solver {
  public:
   void step(const SubstepCallback& after) final {
-    if (after && !hand_)
+    if (after && !handles_)
       throw InputError("step: found a simulation without interactive; allowed: one that is made with it");
     const ScopedValue<const SubstepCallback*> watch(watcher_, after ? &after : nullptr);
     const double start = time(), end = start + model_.scene.solver.dt;
@@ -82,9 +82,9 @@ class TimeStepper : public Solver {
     steps_ = saved.steps, crossings_step_ = -1;
     x_.upload(saved.x), v_.upload(saved.v), d_.upload(std::vector<Vec3>(saved.x.size(), Vec3{0, 0, 0}));
     if constexpr (kCarries<R>) low_.upload(saved.low);
-    if (hand_) hand_->release_all(w_.data());
+    if (handles_) handles_->release_all(w_.data());
     exclude_from_momentum_correction();
-    if (moved_) moved_->hold(time(), w_.data());
+    if (moved_) moved_->set_pinned(time(), w_.data());
     if (sweep_) sweep_->forget_lost();
     if (collider_) collider_->restore_state(saved.seen);
     if (sleeper_) own_ ? sleeper_->wake() : sleeper_->restore_state(saved.rest);
@@ -111,7 +111,7 @@ class TimeStepper : public Solver {
   void move_pins(const std::vector<int>& particles, const std::vector<Vec3>& to) final {
     const std::vector<R> w = w_.download();
     const std::vector<int> list = pins_of(model_, particles, [&](int i) {
-      return !(w[i] > R(0)) && !(moved_ && moved_->refuses(i)) && !(hand_ && hand_->has(i));
+      return !(w[i] > R(0)) && !(moved_ && moved_->refuses(i)) && !(handles_ && handles_->has(i));
     });
     double farthest = 0;
     for (std::size_t k = 0; k < particles.size(); ++k) {
@@ -146,22 +146,24 @@ class TimeStepper : public Solver {
     return own_ ? own_->values(index, x_.points(), w_.data()) : throw std::out_of_range("values_of_user_constraint");
   }
   void take(const ParticleHandle& what) final {
-    if (!hand_)
+    if (!handles_)
       throw InputError("pull, hold: found a simulation without interactive; allowed: one that is made with it");
-    const int i = hand_->number_of(what, model_, w_.data(), requires_fixed_pins());
+    const int i = handles_->number_of(what, model_, w_.data(), requires_fixed_pins());
     const Vec3 x = place_of(i), way = minus(what.to, x);
-    what.is_held() ? guard_.moved(norm(way)) : guard_.gave(i, hand_->work(i, what, x));
-    if (what.is_held() && !hand_->has(i)) v_.set(i, {0, 0, 0});
-    hand_->take(i, what, x, w_.data());
+    what.is_held() ? guard_.moved(norm(way)) : guard_.gave(i, handles_->work(i, what, x));
+    if (what.is_held() && !handles_->has(i)) v_.set(i, {0, 0, 0});
+    handles_->add(i, what, x, w_.data());
     exclude_from_momentum_correction(), wake();
   }
   void release(int particle) final {
     const auto found = std::find(model_.user_index.begin(), model_.user_index.end(), particle);
-    if (!hand_ || found == model_.user_index.end()) return;
-    hand_->release(static_cast<int>(found - model_.user_index.begin()), w_.data());
+    if (!handles_ || found == model_.user_index.end()) return;
+    handles_->release(static_cast<int>(found - model_.user_index.begin()), w_.data());
     exclude_from_momentum_correction(), keep_overlaps(), wake();
   }
-  std::vector<ParticleHandle> taken() const final { return hand_ ? hand_->taken() : std::vector<ParticleHandle>{}; }
+  std::vector<ParticleHandle> taken() const final {
+    return handles_ ? handles_->specs() : std::vector<ParticleHandle>{};
+  }
   void wake() final {
     if (sleeper_) sleeper_->wake();
   }
@@ -182,7 +184,7 @@ class TimeStepper : public Solver {
       m.elastic += pressure.energy(x_.points());
     }
     if (attachments_) m.elastic += attachments_->energy(x_.points(), time());
-    if (hand_) m.elastic += hand_->energy(x);
+    if (handles_) m.elastic += handles_->energy(x);
     if (own_) m.elastic += own_->energy(x_.points(), w_.data());
     if (collider_) {
       m.contacts = collider_->contacts();
@@ -228,15 +230,15 @@ class TimeStepper : public Solver {
     if (!model.damped.empty()) damping_.emplace(executor, model.damped, model.scene.solver.substeps);
     if (!model.air.particle.empty()) air_.emplace(executor, model.air, *model.scene.wind);
     if (model.scene.sleep) sleeper_.emplace(executor, model);
-    if (!model.moved.empty()) moved_.emplace(executor, model), moved_->hold(0, w_.data());
+    if (!model.moved.empty()) moved_.emplace(executor, model), moved_->set_pinned(0, w_.data());
     if (tears(model.scene)) breakable_.emplace(executor, breakable(model));
     if (!model.attached.empty()) attachments_.emplace(executor, model);
     if (!model.environment.empty()) facts_.collision_seconds = seconds([&] { collider_.emplace(executor, model); });
     if (names_edges(model.scene)) facts_.collision_seconds += seconds([&] { edges_.emplace(executor, model); });
     if (model.scene.self_collision) facts_.collision_seconds += seconds([&] { self_.emplace(executor, model); });
     if (self_ && collider_) kinematic_.emplace(executor, model.x.size());
-    if (self_) objects_ = fastest_object(model, model.scene.solver.dt / model.scene.solver.substeps);
-    if (model.interactive) hand_.emplace(executor, model);
+    if (self_) max_object_speed_ = fastest_object(model, model.scene.solver.dt / model.scene.solver.substeps);
+    if (model.interactive) handles_.emplace(executor, model);
     note_facts();
   }
 
@@ -253,10 +255,10 @@ class TimeStepper : public Solver {
       for (int s = first; s < solver.substeps; ++s) {
         if (moved_) timed(Pass::Pins, [&] { place_pins(at(s), at(s + 1)); });
         if (attachments_ && attachments_->release(at(s))) keep_overlaps();
-        if (hand_) hand_->place(particles(), s);
+        if (handles_) handles_->move(particles(), s);
         substep_ = s;
         substep(time() + s * h, h);
-        if (hand_) hand_->arrive(particles(), s);
+        if (handles_) handles_->arrive(particles(), s);
         if (moved_) timed(Pass::Pins, [&] { moved_->arrive(particles(), at(s), at(s + 1)); });
         if (watched()) (*watcher_)(s + 1, at(s + 1));
       }
@@ -341,35 +343,35 @@ class TimeStepper : public Solver {
         if (converged()) break;
       }
     if (collider_) timed(Pass::Collision, [&] { collider_->clamp_tunnelling(all); });
-    hold_apart(all);
-    if (self_) timed(Pass::SelfCollision, [&] { self_->note_held(all, bool(collider_)); });
+    apply_final_guards(all);
+    if (self_) timed(Pass::SelfCollision, [&] { self_->note_truncation(all, bool(collider_)); });
     timed(Pass::State, [&] {
       lost_.update(executor_, all, h, substep_);
       if (checks_finite_each_substep()) refuse(lost_.in(substep_));
     });
     if (collider_) bounce(all, h);
-    if (self_) timed(Pass::SelfCollision, [&] { self_->end_substep(all, h, objects_); });
+    if (self_) timed(Pass::SelfCollision, [&] { self_->end_substep(all, h, max_object_speed_); });
     if (edges_) timed(Pass::Edges, [&] { edges_->end_substep(all); });
     end_substep(h);
   }
 
-  void hold_apart(const Particles<R>& all) {
-    malha::hold_apart(self_, edges_, collider_, kinematic_, all,
-                      [&](Pass pass, const auto& work) { timed(pass, work); });
+  void apply_final_guards(const Particles<R>& all) {
+    malha::apply_final_guards(self_, edges_, collider_, kinematic_, all,
+                              [&](Pass pass, const auto& work) { timed(pass, work); });
   }
   /// Restitution: what bounces moves on from where the substep ended, and that motion is guarded against intersections
   /// too.
   void bounce(const Particles<R>& all, double h) {
     timed(Pass::Contact, [&] { collider_->restitute(all, 2 * h * gravity_, h); });
     if (!collider_->bounces()) return;
-    if (self_ || edges_) collider_->end_motion(), hold_apart(all);
-    timed(Pass::State, [&] { parallel_for(executor_, all.count, ArriveAll<R>{all.p}); });
+    if (self_ || edges_) collider_->end_motion(), apply_final_guards(all);
+    timed(Pass::State, [&] { parallel_for(executor_, all.count, CommitPositions<R>{all.p}); });
   }
 
   /// Pins whose time is over let go, and nothing that they pressed together is shot apart.
   void place_pins(double start, double end) {
     const int before = pins_let_go();
-    moved_->place(particles(), w_.data(), start, end);
+    moved_->move(particles(), w_.data(), start, end);
     if (pins_let_go() > before) keep_overlaps();
   }
   void keep_overlaps() {
@@ -423,9 +425,9 @@ class TimeStepper : public Solver {
   bool can_fuse_passes() const {
     return model_.scene.solver.type == "pbd" && !long_range_ && has_no_mid_step_passes(model_);
   }
-  bool in_hand() const { return hand_ && !hand_->empty(); }
+  bool has_handles() const { return handles_ && !handles_->empty(); }
   /// By hand or by constraints of the caller's own, of which what was laid out knows nothing.
-  bool has_external_constraints() const { return in_hand() || own_; }
+  bool has_external_constraints() const { return has_handles() || own_; }
   bool watched() const { return watcher_ != nullptr; }
 
   /// Refuses an explosion that is finite still. `now`: at whatever step this is.
@@ -465,7 +467,7 @@ class TimeStepper : public Solver {
 
   Executor executor_;
   const Model& model_;
-  double gravity_, objects_ = 0;             // m/s^2; m/s: the fastest that objects move
+  double gravity_, max_object_speed_ = 0;    // m/s^2; m/s: the fastest that objects move
   PointArray<Executor, R> x_, v_, d_, low_;  // see Particles
   std::optional<Sweep<Executor, R>> sweep_;
   std::vector<Pressure<Executor, R>> pressures_;
@@ -478,7 +480,7 @@ class TimeStepper : public Solver {
 
  private:
   void exclude_from_momentum_correction() {
-    std::vector<int> all = hand_ ? hand_->particles() : std::vector<int>{};
+    std::vector<int> all = handles_ ? handles_->particles() : std::vector<int>{};
     if (own_) std::ranges::copy(own_->particles(), std::back_inserter(all));
     if (free_) free_->leave_out(all);
   }
@@ -540,7 +542,7 @@ class TimeStepper : public Solver {
     if (attachments_)
       timed(Pass::Attachments, [&] { attachments_->project(all.p, all.w, start, start + h, first_iteration); });
     if (own_) timed(Pass::UserConstraints, [&] { own_->project(all.p, all.w, first_iteration); });
-    if (in_hand()) timed(Pass::Attachments, [&] { hand_->project(all.p, all.w, first_iteration); });
+    if (has_handles()) timed(Pass::Attachments, [&] { handles_->project(all.p, all.w, first_iteration); });
     if (self_) timed(Pass::SelfCollision, [&] { self_->solve_contacts(all); });
     if (edges_) timed(Pass::Edges, [&] { edges_->solve_contacts(all); });
     if (collider_) timed(Pass::Contact, [&] { collider_->solve_contacts(all); });
@@ -578,7 +580,7 @@ class TimeStepper : public Solver {
   std::optional<LongRange<Executor, R>> long_range_;
   std::optional<KinematicPins<Executor, R>> moved_;
   std::optional<Attachments<Executor, R>> attachments_;
-  std::optional<ParticleHandles<Executor, R>> hand_;
+  std::optional<ParticleHandles<Executor, R>> handles_;
   std::optional<UserConstraints<Executor, R>> own_;
   std::optional<Limits<Executor, R>> breakable_;  // edges that tear
   std::optional<Air<Executor, R>> air_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Particles that follow a rigid motion, and springs from particles to points that do.
+// Kinematic particles that follow a rigid motion, and attachments: springs from particles to points that follow one.
 #pragma once
 #include "kernels/attachments/pose.h"
 #include "kernels/parallel/reductions.h"
@@ -7,9 +7,10 @@
 
 namespace malha {
 
-/// Pinned particles go to where they are at the end of a substep, and have no velocity until they are there.
+/// Sets the displacements of pinned particles to their positions at the end of a substep, and their velocities to 0
+/// until then.
 template <class R>
-struct Place {
+struct MoveToTarget {
   Particles<R> particles;
   const int* list;
   const Vector3<double>* start;  // m, in the frame of the pose
@@ -21,9 +22,9 @@ struct Place {
   }
 };
 
-/// There, with the velocity with which they came.
+/// Sets pinned particles to their positions at the end of a substep, with the velocity of their motion.
 template <class R>
-struct Arrive {
+struct ArriveAtTarget {
   Particles<R> particles;
   const int* list;
   const Vector3<double>* start;
@@ -35,25 +36,25 @@ struct Arrive {
   }
 };
 
-/// Holds (w = 0) or lets go.
+/// Pins particles (w = 0) or releases them.
 template <class R>
 struct SetInverseMass {
   R* w;
   const int* list;
-  const R* free;  // 1/kg, of each of the list; null: 0
+  const R* free;  // 1/kg, of each listed particle; null: 0
   KERNEL void operator()(int k) const { w[list[k]] = free ? free[k] : R(0); }
 };
 
-/// C = p - a, a vector: three constraints whose gradients never vanish and never turn, so that the spring is exactly
-/// linear and rest length 0 needs no care (XPBD, Macklin et al. 2016; energy |C|^2 / (2 alpha)).
+/// Projects attachments: C = p - a, a vector, which is three constraints with constant gradients, so that the spring is
+/// exactly linear and rest length 0 needs no special case (XPBD, Macklin et al. 2016; energy |C|^2 / (2 alpha)).
 template <class R>
-struct Attach {
+struct SolveAttachment {
   Displaced<R> p;
   const R* w;
   const int* list;
   const Vector3<double>* anchor;  // m, in the frame of the pose
   Pose pose;
-  Vector3<R>* lambda;    // null: nothing is to be remembered
+  Vector3<R>* lambda;    // null: not accumulated
   R share;               // k' of PBD
   R compliance;          // alpha~ = alpha / dt^2; 0 with PBD
   bool first_iteration;  // first iteration of a substep: lambda is 0
@@ -70,7 +71,7 @@ struct Attach {
   }
 };
 
-/// |C|^2, m^2.
+/// Sums |C|^2 of attachments, m^2.
 template <class R>
 struct MeasureAttachment {
   Points<R> x;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A rigid motion from a frame of its own to the world. In double: far from the origin a turn has few digits to lose.
+// Rigid transformation from a local frame to the world, in double: far from the origin a rotation loses many digits.
 #pragma once
 #include "kernels/simd/vec.h"
 
@@ -9,7 +9,7 @@ namespace malha {
 struct Pose {
   double r[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
   Vector3<double> t{0, 0, 0};  // m
-  bool moves = false;          // otherwise it is the identity
+  bool moves = false;          // false: the identity
 };
 
 KERNEL Vector3<double> rotate(const Pose& a, const Vector3<double>& v) {
@@ -25,13 +25,13 @@ KERNEL Vector3<double> to_local(const Pose& a, const Vector3<double>& world) {
           a.r[2] * v.x + a.r[5] * v.y + a.r[8] * v.z};
 }
 
-/// What moves rigidly and takes particles along, by number.
-using Carrier = int;
-inline constexpr Carrier kNobody = -1;
+/// Number of an object that moves rigidly and moves particles along with it.
+using KinematicOwner = int;
+inline constexpr KinematicOwner kNoOwner = -1;
 
-/// Which of them has each particle, and where each goes in a substep: from the world to the world.
-struct Carriers {
-  Carrier* of = nullptr;  // none: nobody has any
+/// Owner of every particle, and motion of every owner in a substep (world to world).
+struct KinematicOwners {
+  KinematicOwner* of = nullptr;  // null: no particle has an owner
   const Pose* motion = nullptr;
 };
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// The broad phase of contacts with an environment mesh: which particles may have come near enough to be looked at. A
-// stream in float over the contact cache, group by group of particles.
+// Broad phase of contacts with an environment mesh: the particles that may have come near enough for a query. It
+// streams over the contact cache in float, group by group of particles.
 #pragma once
 #include "kernels/environment/contact_cache.h"
 
 namespace malha {
 
-/// A pose in float, for first tests.
+/// A pose in float, for the broad phase.
 struct FloatPose {
   float r[9], t[3];
   bool moves;
@@ -29,7 +29,7 @@ struct FloatPose {
   }
 };
 
-/// A number or a pack of them, rounded to float.
+/// Loads a number or a pack, rounded to float.
 template <class S>
 KERNEL void load_float(const float* from, S& to) {
   load(from, to);
@@ -52,7 +52,7 @@ KERNEL Vector3<S> load_floats(const Displaced<Q>& from, int i) {
   return load_floats<S>(from.x, i) + load_floats<S>(from.d, i);
 }
 template <class S>
-KERNEL S sum_of_sizes(const Vector3<S>& a) {
+KERNEL S l1_norm(const Vector3<S>& a) {
   return abs(a.x) + abs(a.y) + abs(a.z);
 }
 
@@ -61,47 +61,47 @@ struct FloatBox {
   Vector3<float> centre, half;
 };
 
-/// A place, or one for each lane of a pack, and how near nothing is.
+/// Cache entries of the lanes of a pack (or of one particle).
 template <class S>
-struct SeenLanes {
+struct CacheEntryLanes {
   Vector3<S> at;
   S distance;
 };
-/// Where the particles of a word that are at a were seen: each, or by their box.
-struct EachPlace {
-  const WordPlaces* places;
+/// Loads cache entries from the entries of a group.
+struct ParticleEntries {
+  const GroupEntries* entries;
   template <class S>
-  KERNEL SeenLanes<S> from(int k, const Vector3<S>&) const {
-    SeenLanes<S> lanes;
-    load(places->x + k, lanes.at.x), load(places->y + k, lanes.at.y), load(places->z + k, lanes.at.z);
-    load(places->distance + k, lanes.distance);
+  KERNEL CacheEntryLanes<S> from(int k, const Vector3<S>&) const {
+    CacheEntryLanes<S> lanes;
+    load(entries->x + k, lanes.at.x), load(entries->y + k, lanes.at.y), load(entries->z + k, lanes.at.z);
+    load(entries->distance + k, lanes.distance);
     return lanes;
   }
 };
-struct BoxPlace {
+/// Derives cache entries of particles at a from the box of their group.
+struct BoxEntry {
   Vector3<float> low, high;
   float distance;
-  KERNEL explicit BoxPlace(const WordBox& box)
+  KERNEL explicit BoxEntry(const GroupBox& box)
       : low(box.centre - box.half), high(box.centre + box.half), distance(box.clearance()) {}
   template <class S>
-  KERNEL SeenLanes<S> from(int, const Vector3<S>& a) const {
+  KERNEL CacheEntryLanes<S> from(int, const Vector3<S>& a) const {
     return {nearest_in(low, high, a), S(distance)};
   }
 };
 
-/// Which particles may have come near enough to be looked at, a bit each: a stream in float, rounded so that none is
-/// missed. `reach` < 0: those whose way from x to p may leave the ball around where they were last seen, in which there
-/// is no surface; otherwise those whose way may reach the surface, or pass it by `reach` (m). Words that are far off as
-/// a whole are told by their boxes, which from then on stand for where their particles were. What leaves its box or was
-/// never seen, far from the mesh and without a pinned particle, gets a box around where it is now.
+/// Sets the bits of the particles that need a query; conservative, in float. `reach` < 0: particles whose path from x
+/// to p may leave the empty ball around their last query; otherwise particles whose path may come nearer to the surface
+/// than `reach` (m). Groups that are far away as a whole are ruled out by their boxes. A group that has left its box or
+/// was never queried, is far from the mesh and has no pinned particle, gets a box around its present positions.
 template <class R>
 struct BroadPhaseTest {
   Particles<R> particles;
-  ContactCacheView<R> nearby;
+  ContactCacheView<R> cache;
   FloatPose before, after;
   FloatBox mesh;
   float reach;
-  bool add;  // to the bits that there are
+  bool add;  // to the bits that are set
   unsigned long long* bits;
 
   template <class Group>
@@ -109,60 +109,60 @@ struct BroadPhaseTest {
     using S = Lane<float, typename Group::Isa>;
     const int first = group.index * kGroupSize, left = particles.count - first,
               n = left < kGroupSize ? left : kGroupSize;
-    const unsigned long long word = add ? bits[group.index] : 0;
-    bits[group.index] = word;
-    WordBox& seen = nearby.boxes[group.index];
-    const WordPlaces* const places = nearby.places_of(group.index);
-    if (seen.keeps_all()) {
-      if (is_separated<S>(seen, first, n)) return;
-      seen.leave();
-      if (follows<S>(seen, first, n)) return;
-    } else if (seen.distance == 0 && follows<S>(seen, first, n)) {
+    const unsigned long long previous = add ? bits[group.index] : 0;
+    bits[group.index] = previous;
+    GroupBox& box = cache.boxes[group.index];
+    const GroupEntries* const entries = cache.entries_of(group.index);
+    if (box.can_test_group()) {
+      if (is_separated<S>(box, first, n)) return;
+      box.disable_group_test();
+      if (refit_box<S>(box, first, n)) return;
+    } else if (box.distance == 0 && refit_box<S>(box, first, n)) {
       return;
     }
-    const unsigned long long touch =
-        places ? touching<S>(EachPlace{places}, first, n) : touching<S>(BoxPlace(seen), first, n);
-    if (touch == 0 && seen.is_to_try() && reach >= 0) {
-      seen.note_try();
-      if (!places->has_slots(n) && (follows<S>(seen, first, n) || stays(seen, *places, n)))
-        nearby.take_places(group.index);
+    const unsigned long long in_reach = entries ? particles_in_reach<S>(ParticleEntries{entries}, first, n)
+                                                : particles_in_reach<S>(BoxEntry(box), first, n);
+    if (in_reach == 0 && box.should_refit() && reach >= 0) {
+      box.note_refit();
+      if (!entries->has_slots(n) && (refit_box<S>(box, first, n) || use_point_box(box, *entries, n)))
+        cache.free_entries(group.index);
     }
-    bits[group.index] = word | touch;
+    bits[group.index] = previous | in_reach;
   }
 
  private:
-  /// A bit for each number that is not below 0, or no number.
-  KERNEL static unsigned long long not_below_zero(const float* a) {
+  /// Mask of the numbers that are not below 0; NaN counts too.
+  KERNEL static unsigned long long mask_of_non_negative(const float* a) {
     unsigned char flags[kGroupSize];
     for (int k = 0; k < kGroupSize; ++k) flags[k] = !(a[k] < 0);
     unsigned long long bits = 0;
     for (int k = 0; k < kGroupSize; k += 8) {
-      unsigned long long eight;  // bytes, of which the product gathers the lowest bits in the highest byte
+      unsigned long long eight;  // bytes, whose lowest bits the product gathers in its highest byte
       __builtin_memcpy(&eight, flags + k, sizeof eight);
       bits |= (eight * 0x0102040810204080ull >> 56) << k;
     }
     return bits;
   }
-  template <class S, class Places>
-  KERNEL unsigned long long touching(const Places& places, int first, int n) const {
+  template <class S, class Entries>
+  KERNEL unsigned long long particles_in_reach(const Entries& entries, int first, int n) const {
     constexpr int lanes = int(sizeof(S) / sizeof(float));
     float over[kGroupSize];
     int k = 0;
-    for (; k + lanes <= n; k += lanes) store(excess<S>(places, first, k), over + k);
-    for (; k < n; ++k) over[k] = excess<float>(places, first, k);
+    for (; k + lanes <= n; k += lanes) store(excess<S>(entries, first, k), over + k);
+    for (; k < n; ++k) over[k] = excess<float>(entries, first, k);
     for (; k < kGroupSize; ++k) over[k] = -1;
-    return not_below_zero(over);
+    return mask_of_non_negative(over);
   }
 
-  /// The box goes to where the word's particles are, if that is far enough from the mesh's.
+  /// Refits the box to the present positions, if that is far enough from the mesh's box. Returns true on success.
   template <class S>
-  KERNEL bool follows(WordBox& seen, int first, int n) const {
+  KERNEL bool refit_box(GroupBox& box, int first, int n) const {
     for (int i = first; i < first + n; ++i)
       if (!(particles.w[i] > R(0))) return false;
-    const auto place = [&](int i) KERNEL_LAMBDA { return before.to_local(load_floats<float>(particles.x, i)); };
-    Vector3<float> low = place(first), high = low;
+    const auto local = [&](int i) KERNEL_LAMBDA { return before.to_local(load_floats<float>(particles.x, i)); };
+    Vector3<float> low = local(first), high = low;
     for (int i = first + 1; i < first + n; ++i) {
-      const Vector3<float> a = place(i);
+      const Vector3<float> a = local(i);
       low = {min(low.x, a.x), min(low.y, a.y), min(low.z, a.z)};
       high = {max(high.x, a.x), max(high.y, a.y), max(high.z, a.z)};
     }
@@ -170,113 +170,114 @@ struct BroadPhaseTest {
     const Vector3<float> gap{max(0.0f, fabsf(to_mesh.x) - half.x - mesh.half.x),
                              max(0.0f, fabsf(to_mesh.y) - half.y - mesh.half.y),
                              max(0.0f, fabsf(to_mesh.z) - half.z - mesh.half.z)};
-    const float sizes = sum_of_sizes(c) + sum_of_sizes(half) + sum_of_sizes(mesh.centre) + sum_of_sizes(mesh.half);
-    const WordBox now{c, half, 0.99999f * sqrt(dot(gap, gap)) - 1e-5f * (sizes + shift())};
-    if (!now.keeps_all() || !is_separated<S>(now, first, n)) return false;
-    seen = now;
+    const float sizes = l1_norm(c) + l1_norm(half) + l1_norm(mesh.centre) + l1_norm(mesh.half);
+    const GroupBox now{c, half, 0.99999f * sqrt(dot(gap, gap)) - 1e-5f * (sizes + frame_offset())};
+    if (!now.can_test_group() || !is_separated<S>(now, first, n)) return false;
+    box = now;
     return true;
   }
-  /// The same of the middle of where they were seen.
-  KERNEL bool stays(WordBox& seen, const WordPlaces& places, int n) const {
-    const WordBox middle = middle_of(places, n);
-    if (!middle.keeps_all()) return false;
-    seen = middle;
+  /// Replaces the entries by a point box at their middle, if that suffices. Returns true on success.
+  KERNEL bool use_point_box(GroupBox& box, const GroupEntries& entries, int n) const {
+    const GroupBox point = point_box_of(entries, n);
+    if (!point.can_test_group()) return false;
+    box = point;
     return true;
   }
 
-  /// Whether no particle of the word can have come near: all are near a box to which nothing is near.
+  /// Returns true if no particle of the group can have come near the surface: all are near a box that is far from it.
   template <class S>
-  KERNEL bool is_separated(const WordBox& seen, int first, int n) const {
+  KERNEL bool is_separated(const GroupBox& box, int first, int n) const {
     constexpr int lanes = int(sizeof(S) / sizeof(float));
-    Ways<S> of_lanes;
-    Ways<float> all;
+    PathBounds<S> of_lanes;
+    PathBounds<float> total;
     int k = 0;
-    for (; k + lanes <= n; k += lanes) add_way(of_lanes, seen, first + k);
-    for (; k < n; ++k) add_way(all, seen, first + k);
-    float off[lanes], way[lanes], sum[lanes];
-    store(of_lanes.off, off), store(of_lanes.way, way), store(of_lanes.sum, sum);
-    for (int l = 0; l < lanes; ++l) all.off = max(all.off, off[l]), all.way = max(all.way, way[l]), all.sum += sum[l];
-    if (!(all.sum < INFINITY)) return false;
-    const float beyond = sqrt(all.off), path = sqrt(all.way);
-    const float slack = 1e-5f * (sum_of_sizes(seen.centre) + sum_of_sizes(seen.half) + beyond + path + shift());
-    return (reach < 0 ? beyond : beyond + path + reach) + slack < seen.distance;
+    for (; k + lanes <= n; k += lanes) add_path(of_lanes, box, first + k);
+    for (; k < n; ++k) add_path(total, box, first + k);
+    float offset2[lanes], way[lanes], sum[lanes];
+    store(of_lanes.offset2, offset2), store(of_lanes.way, way), store(of_lanes.sum, sum);
+    for (int l = 0; l < lanes; ++l)
+      total.offset2 = max(total.offset2, offset2[l]), total.way = max(total.way, way[l]), total.sum += sum[l];
+    if (!(total.sum < INFINITY)) return false;
+    const float offset = sqrt(total.offset2), path = sqrt(total.way);
+    const float slack = 1e-5f * (l1_norm(box.centre) + l1_norm(box.half) + offset + path + frame_offset());
+    return (reach < 0 ? offset : offset + path + reach) + slack < box.distance;
   }
-  /// How far particles are off a box and how long their ways are at most, squared; the sum is not a number, or is not
-  /// finite, where one of them is so.
+  /// Largest squared distance of particles from a box, and largest squared length of their paths. The sum is not finite
+  /// if one of the paths is not.
   template <class S>
-  struct Ways {
-    S off = S(0.0f), way = S(0.0f), sum = S(0.0f);
+  struct PathBounds {
+    S offset2 = S(0.0f), way = S(0.0f), sum = S(0.0f);
   };
   template <class S>
-  KERNEL void add_way(Ways<S>& ways, const WordBox& seen, int i) const {
+  KERNEL void add_path(PathBounds<S>& bounds, const GroupBox& box, int i) const {
     const Vector3<S> a = before.to_local(load_floats<S>(particles.x, i));
     const Vector3<S> b = after.to_local(load_floats<S>(particles.p, i)), way = b - a;
-    const Vector3<S> start = seen.way_to(a), end = reach < 0 ? seen.way_to(b) : start;
-    const S way2 = dot(way, way);
-    ways.off = max(ways.off, max(dot(start, start), dot(end, end)));
-    ways.way = max(ways.way, way2), ways.sum = ways.sum + way2;
+    const Vector3<S> start = box.offset_from_box(a), end = reach < 0 ? box.offset_from_box(b) : start;
+    const S length2 = dot(way, way);
+    bounds.offset2 = max(bounds.offset2, max(dot(start, start), dot(end, end)));
+    bounds.way = max(bounds.way, length2), bounds.sum = bounds.sum + length2;
   }
 
-  /// How far off the mesh's frame is, before and after.
-  KERNEL float shift() const {
+  /// Size of the translations of the mesh's frame, for rounding bounds, m.
+  KERNEL float frame_offset() const {
     return fabsf(before.t[0]) + fabsf(before.t[1]) + fabsf(before.t[2]) + fabsf(after.t[0]) + fabsf(after.t[1]) +
            fabsf(after.t[2]);
   }
 
-  /// By how much it may come too near; below 0: it cannot.
-  template <class S, class Places>
-  KERNEL S excess(const Places& places, int first, int k) const {
+  /// By how much a particle may come too near, m; below 0: it cannot.
+  template <class S, class Entries>
+  KERNEL S excess(const Entries& entries, int first, int k) const {
     const Vector3<S> start = load_floats<S>(particles.x, first + k), end = load_floats<S>(particles.p, first + k);
     const Vector3<S> a = before.to_local(start), b = after.to_local(end);
-    const SeenLanes<S> seen = places.from(k, a);
-    const Vector3<S> moved = a - seen.at, way = reach < 0 ? b - seen.at : b - a;
+    const CacheEntryLanes<S> entry = entries.from(k, a);
+    const Vector3<S> moved = a - entry.at, way = reach < 0 ? b - entry.at : b - a;
     const S m = sqrt(dot(moved, moved)), l = sqrt(dot(way, way));
-    // Some ten roundings of each coordinate on its way.
-    const S slack = (sum_of_sizes(start) + sum_of_sizes(end) + S(shift())) * S(4e-6f);
-    return (reach < 0 ? max(m, l) : m + l + S(reach)) + slack - seen.distance;
+    // Covers some ten roundings of each coordinate.
+    const S slack = (l1_norm(start) + l1_norm(end) + S(frame_offset())) * S(4e-6f);
+    return (reach < 0 ? max(m, l) : m + l + S(reach)) + slack - entry.distance;
   }
 };
 
-/// Bits of words, array after array.
+/// Masks of particles, one bit each: `count` arrays of a word for each group.
 struct ActiveMask {
   const unsigned long long* bits;
-  int count, words;
-  KERNEL unsigned long long of(int question, int word) const { return bits[size_t(question) * words + word]; }
-  /// In any of them.
-  KERNEL unsigned long long asked(int word) const {
+  int count, groups;
+  KERNEL unsigned long long of(int mask, int g) const { return bits[size_t(mask) * groups + g]; }
+  /// Particles of a group that are in any mask.
+  KERNEL unsigned long long any(int g) const {
     unsigned long long any = 0;
-    for (int q = 0; q < count; ++q) any |= of(q, word);
+    for (int q = 0; q < count; ++q) any |= of(q, g);
     return any;
   }
 };
 
-/// How many the last of the questions names; of all of them how many words have one, how many particles no slot, and
-/// how many words no places; and what of slots and places there is.
+/// Counts after the broad phase: particles in the last mask; groups with a particle in any mask, particles of these
+/// without a slot, and groups without entries; and the state of the pools.
 struct BroadPhaseCounts {
-  int all = 0, words = 0, without_slot = 0, without_places = 0;
-  Handed slots, places;
+  int particles = 0, groups = 0, without_slot = 0, without_entries = 0;
+  AllocationCount slots, entries;
   KERNEL BroadPhaseCounts& operator+=(const BroadPhaseCounts& o) {
-    all += o.all, words += o.words, without_slot += o.without_slot, without_places += o.without_places;
-    slots += o.slots, places += o.places;
+    particles += o.particles, groups += o.groups, without_slot += o.without_slot, without_entries += o.without_entries;
+    slots += o.slots, entries += o.entries;
     return *this;
   }
 };
 template <class R>
-struct CountTested {
-  ActiveMask questions;
-  ContactCacheView<R> nearby;
-  KERNEL BroadPhaseCounts operator()(int word) const {
+struct CountBroadPhase {
+  ActiveMask masks;
+  ContactCacheView<R> cache;
+  KERNEL BroadPhaseCounts operator()(int g) const {
     BroadPhaseCounts sum;
-    if (word == 0) sum.slots = *nearby.slots, sum.places = *nearby.words;
-    const unsigned long long last = questions.of(questions.count - 1, word);
-    unsigned long long rest = questions.asked(word);
+    if (g == 0) sum.slots = *cache.slot_count, sum.entries = *cache.entry_count;
+    const unsigned long long last = masks.of(masks.count - 1, g);
+    unsigned long long rest = masks.any(g);
     if (rest == 0) return sum;
-    const WordPlaces* const places = nearby.places_of(word);
-    sum.words = 1, sum.without_places = places == nullptr;
+    const GroupEntries* const entries = cache.entries_of(g);
+    sum.groups = 1, sum.without_entries = entries == nullptr;
     for (; rest != 0; rest &= rest - 1) {
       const int bit = lowest_bit(rest);
-      sum.all += int(last >> bit & 1);
-      sum.without_slot += !places || places->slot[bit] < 0;
+      sum.particles += int(last >> bit & 1);
+      sum.without_slot += !entries || entries->slot[bit] < 0;
     }
     return sum;
   }

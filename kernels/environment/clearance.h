@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whether particles can move for a whole step without a look at an environment mesh: how far they are from it, at
-// least, and how fast. What then turns out to be faster is held back afterwards.
+// Clearance of particles from environment meshes: lower bounds of their distances, and their speeds, which tell whether
+// they can move for a whole step without contact tests. Particles that turn out to be faster are clamped afterwards.
 #pragma once
 #include "kernels/environment/broad_phase.h"
 #include "kernels/simd/for_each_pack.h"
 
 namespace malha {
 
-/// Of a word of particles.
+/// Clearance of a group of particles.
 struct Clearance {
-  float distance;  // m, that none of them is nearer to any mesh than its contacts reach
-  float speed2;    // the highest, squared, m^2/s^2
+  float distance;  // m, lower bound of the distance beyond the contact reach of any mesh
+  float speed2;    // largest squared speed, m^2/s^2
 };
 
-/// Of all of them.
+/// Least clearance and largest speed of all groups, as a reduction.
 struct MinClearance {
   float distance = INFINITY, speed2 = 0;
   KERNEL MinClearance& operator+=(const MinClearance& other) {
@@ -22,59 +22,60 @@ struct MinClearance {
     return *this;
   }
 };
-struct SumRooms {
-  const Clearance* rooms;
-  KERNEL MinClearance operator()(int word) const { return {rooms[word].distance, rooms[word].speed2}; }
+struct ReduceClearance {
+  const Clearance* clearance;
+  KERNEL MinClearance operator()(int g) const { return {clearance[g].distance, clearance[g].speed2}; }
 };
 
-/// Room to one mesh, which does not move; with what there is of others. Pinned particles need none.
+/// Measures the clearance from one mesh at rest, and combines it with that from the meshes before. Pinned particles do
+/// not count.
 template <class R>
-struct MeasureRoom {
+struct MeasureClearance {
   Points<R> x, v;
   const R* w;
   int count;
-  ContactCacheView<R> nearby;
+  ContactCacheView<R> cache;
   float reach;     // of contacts, m
-  float rounding;  // of sizes: what places may be off by
-  bool first;      // of the meshes
-  Clearance* rooms;
+  float rounding;  // relative error of positions
+  bool first;      // whether this is the first mesh
+  Clearance* clearance;
 
   template <class Group>
   KERNEL void operator()(const Group& group) const {
     using Isa = typename Group::Isa;
     constexpr int lanes = kLanes<float, Isa>;
-    Clearance& room = rooms[group.index];
-    LargestCovered<float, Isa> missing(first ? -INFINITY : -room.distance), speed2(first ? 0 : room.speed2);
-    const auto add_all = [&](const auto& places) KERNEL_LAMBDA {
+    Clearance& own = clearance[group.index];
+    LargestCovered<float, Isa> missing(first ? -INFINITY : -own.distance), speed2(first ? 0 : own.speed2);
+    const auto add_all = [&](const auto& entries) KERNEL_LAMBDA {
       const int begin = group.index * kGroupSize, n = count - begin < kGroupSize ? count - begin : kGroupSize;
       int k = 0;
-      for (; k + lanes <= n; k += lanes) add<Lane<float, Isa>>(places, begin, k, missing, speed2);
-      for (; k < n; ++k) add<float>(places, begin, k, missing, speed2);
+      for (; k + lanes <= n; k += lanes) add<Lane<float, Isa>>(entries, begin, k, missing, speed2);
+      for (; k < n; ++k) add<float>(entries, begin, k, missing, speed2);
     };
-    const WordPlaces* const places = nearby.places_of(group.index);
-    places ? add_all(EachPlace{places}) : add_all(BoxPlace(nearby.boxes[group.index]));
-    room = {-missing.value(), speed2.value()};
+    const GroupEntries* const entries = cache.entries_of(group.index);
+    entries ? add_all(ParticleEntries{entries}) : add_all(BoxEntry(cache.boxes[group.index]));
+    own = {-missing.value(), speed2.value()};
   }
 
  private:
-  template <class S, class Places, class Most>
-  KERNEL void add(const Places& places, int begin, int k, Most& missing, Most& speed2) const {
+  template <class S, class Entries, class Most>
+  KERNEL void add(const Entries& entries, int begin, int k, Most& missing, Most& speed2) const {
     const int i = begin + k;
-    const Vector3<S> place = load_floats<S>(x, i), speed = load_floats<S>(v, i);
-    const SeenLanes<S> seen = places.from(k, place);
-    const Vector3<S> moved = place - seen.at;
+    const Vector3<S> position = load_floats<S>(x, i), speed = load_floats<S>(v, i);
+    const CacheEntryLanes<S> entry = entries.from(k, position);
+    const Vector3<S> moved = position - entry.at;
     S mass;
     load_float(w + i, mass);
-    const S slack = (sum_of_sizes(place) + abs(seen.distance)) * S(rounding);
-    const S room = seen.distance - sqrt(dot(moved, moved)) - S(reach) - slack;
+    const S slack = (l1_norm(position) + abs(entry.distance)) * S(rounding);
+    const S own = entry.distance - sqrt(dot(moved, moved)) - S(reach) - slack;
     const auto moves = mass > S(0.0f);
-    const S less = select(room < S(INFINITY), S(0.0f) - room, S(INFINITY));  // not a number: no room
-    missing.add(select(moves, less, S(-INFINITY)));
+    const S negative = select(own < S(INFINITY), S(0.0f) - own, S(INFINITY));  // NaN: no clearance
+    missing.add(select(moves, negative, S(-INFINITY)));
     speed2.add(select(moves, dot(speed, speed), S(0.0f)));
   }
 };
 
-/// Where particles were a substep ago (to the rounding of x), and p where they are.
+/// Reconstructs the positions a substep ago (to the rounding of x), and sets p to the present ones.
 template <class R>
 struct ReconstructPrevious {
   Particles<R> particles;
@@ -87,15 +88,15 @@ struct ReconstructPrevious {
   }
 };
 
-/// The state of those that were held back after their substep: x = p, and v for it.
+/// Commits the positions of particles that were clamped after their substep: x = p, and v accordingly.
 template <class R>
-struct KeepHeld {
+struct CommitClamped {
   Particles<R> particles;
   R per_dt;
   KERNEL void operator()(int i) const {
-    const Vector3<R> held = particles.p.d[i];
-    if (held.x == R(0) && held.y == R(0) && held.z == R(0)) return;
-    particles.v.set(i, particles.v[i] + held * per_dt);
+    const Vector3<R> shift = particles.p.d[i];
+    if (shift.x == R(0) && shift.y == R(0) && shift.z == R(0)) return;
+    particles.v.set(i, particles.v[i] + shift * per_dt);
     particles.p.arrive(i), particles.p.stay(i);
   }
 };

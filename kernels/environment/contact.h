@@ -8,57 +8,57 @@
 namespace malha {
 
 /// C(p) = n . (p - x) - c >= 0, with x the particle's position at the start of the substep: nothing cancels far from
-/// the origin. Without contact c is minus infinity. A line of the cache, in float.
+/// the origin. Without contact c is minus infinity. In float it fills a cache line.
 template <class R>
 struct alignas(16 * sizeof(R)) Contact {
-  Vec4<R> plane;    // n, c (m)
-  Vec4<R> surface;  // motion of the surface over the substep, and approach: the path along n without contact (m)
-  R lambda;         // accumulated push along n, m
-  Vector3<R> friction_impulse;   // what friction has taken of the sliding, m, at most mu lambda
-  Vector3<R> cached_position{};  // x, where it is to stay for a particle that comes again; otherwise not a number
-  int particle = -1;             // none: the slot is free
+  Vec4<R> plane;                 // n, c (m)
+  Vec4<R> surface;               // motion of the surface over the substep, and the approach along n without contact (m)
+  R lambda;                      // accumulated push along n, m
+  Vector3<R> friction_impulse;   // accumulated friction, m, at most mu lambda
+  Vector3<R> cached_position{};  // x for which the contact stays valid; NaN: none
+  int particle = -1;             // -1: the slot is free
 };
 
-/// Where a particle was when it was last looked at (mesh's frame), how far from the surface (m; negative inside; a
-/// lower bound where no triangle is near), and its nearest triangle. While it cannot have come near, it is not looked
-/// at again, and when it is, the search may start at that triangle: neither changes a contact.
+/// Result of the last query of a particle: its position (mesh's frame), the distance of the surface (m; negative
+/// inside; a lower bound where no triangle is near), and the closest triangle. A particle is queried again only when it
+/// may have come near, and the search may start at that triangle: neither changes a contact.
 struct ClosestPointRecord {
   Vector3<double> at{};
-  double distance = -INFINITY;  // never seen: it may be as deep as the mesh is large
+  double distance = -INFINITY;  // never queried: it may be as deep as the mesh is large
   long long triangle = -1;
-  Vector3<double> tunnel_offset{};  // m, how far and whither, where something pressed it through that left no other way
-  double overlap = 0;  // m, by which it may be nearer than the thickness, because it was when it was first seen
+  Vector3<double> tunnel_offset{};  // m, offset through the surface of a particle that was forced through it
+  double overlap = 0;  // m, by which it may be nearer than the thickness, because it was so at its first query
 
-  /// Whether no surface lies on the way from a to b: none lies within the distance.
+  /// Returns true if no surface lies between a and b: both are within the distance of the surface.
   KERNEL bool is_path_clear(const Vector3<double>& a, const Vector3<double>& b) const {
     const Vector3<double> to_a = a - at, to_b = b - at;
     return distance > 0 && dot(to_a, to_a) < distance * distance && dot(to_b, to_b) < distance * distance;
   }
 };
 
-/// The same of a pair of a mesh and a particle, for checkpoints: mesh after mesh, of each all particles.
-struct SeenOfPair {
+/// Record of a mesh-particle pair, for checkpoints; pair = mesh * particles + particle.
+struct PairRecord {
   long long pair = 0;
-  ClosestPointRecord seen;
+  ClosestPointRecord record;
 };
 
-/// What is remembered of a particle that is near, beside its contact.
+/// Data of a slot beside its contact.
 struct ProximityRecord {
-  ClosestPointRecord seen;
-  int cell = 0;  // in which it was last (kernels/environment/triangle_octree.h)
-  NearFeature feature;
+  ClosestPointRecord record;
+  int cell = 0;  // the octree cell of the last query (kernels/environment/triangle_octree.h)
+  ClosestFeature feature;
 };
 
-/// As if it were seen for the first time, within the thickness on either side of the surface.
+/// Lets particles keep their overlap, up to max_overlap, as at a first query within the thickness on either side.
 struct KeepOverlap {
   ProximityRecord* near;
-  double most;  // m
-  KERNEL void operator()(int slot) const { near[slot].seen.overlap = most; }
+  double max_overlap;  // m
+  KERNEL void operator()(int slot) const { near[slot].record.overlap = max_overlap; }
 };
 
-/// It is to be laid anew, wherever its particle comes from.
+/// Makes the next detection compute the contact anew, wherever its particle starts.
 template <class R>
-KERNEL void invalidate_place(Contact<R>& contact) {
+KERNEL void invalidate_cached_position(Contact<R>& contact) {
   contact.cached_position = {R(NAN), R(NAN), R(NAN)};
 }
 template <class R>
@@ -66,18 +66,17 @@ KERNEL void invalidate(Contact<R>& contact) {
   contact.plane = {R(0), R(0), R(0), -R(INFINITY)};
   contact.lambda = R(0);
   contact.friction_impulse = {R(0), R(0), R(0)};
-  invalidate_place(contact);
+  invalidate_cached_position(contact);
 }
 
-/// Friction that all iterations of a substep take together: `taken` and what slides on, within Coulomb's cone. A push
-/// that is taken back takes its friction back.
+/// Clamps the accumulated friction impulse to the friction cone. If a push is undone, its friction is undone with it.
 template <class R>
-KERNEL Vector3<R> clamp_to_friction_cone(const Vector3<R>& taken, R budget) {
-  const R length = sqrt(dot(taken, taken));
-  return length > budget ? taken * (budget / length) : taken;
+KERNEL Vector3<R> clamp_to_friction_cone(const Vector3<R>& impulse, R max_length) {
+  const R length = sqrt(dot(impulse, impulse));
+  return length > max_length ? impulse * (max_length / length) : impulse;
 }
 
-/// Pushes the particle out of the surface and takes from its sliding what Coulomb's cone allows. Friction acts on
+/// Pushes the particle out of the surface and reduces its sliding within the friction cone. Friction acts on
 /// positions (Müller et al. 2020, section 3.5), not on velocities afterwards, so that what sticks does not creep.
 template <class R>
 struct ResolveContact {
@@ -90,7 +89,7 @@ struct ResolveContact {
     if (i < 0 || contact.plane.w == -R(INFINITY)) return;
     const Vector3<R> n = contact.plane.xyz();
     Vector3<R> moved = p.d[i];
-    // With what x lacks, of which a plane that stays knows nothing.
+    // Includes the low part of x, which a cached plane does not contain.
     const R C = dot(n, p.way_from_x(i)) - contact.plane.w;
     const R push = max(-C, -contact.lambda);
     contact.lambda += push;
@@ -105,11 +104,11 @@ struct ResolveContact {
   }
 };
 
-/// Where a contact pushed: the particle leaves at e times the speed at which it came, relative to the surface, and the
-/// impulse that this takes beyond the push has its friction too, so that an impact takes mu (1 + e) times the approach
-/// from the sliding whenever in the substep it happened. Of the path that was left when it hit, the particle goes e
-/// times as much back. Below the threshold it rests instead. With e = 0 it stops: without this it would keep the speed
-/// at which it came, until the next substep.
+/// Restitution where a contact pushed: the particle leaves at e times its approach speed relative to the surface. The
+/// impulse that this needs beyond the push has friction too, so that an impact reduces the sliding by mu (1 + e) times
+/// the approach, whenever in the substep it happened. The particle moves back by e times the path that remained after
+/// the impact. Below the threshold it rests instead. With e = 0 it stops: without this pass it would keep its approach
+/// speed until the next substep.
 template <class R>
 struct ApplyRestitution {
   Displaced<R> p;
@@ -125,17 +124,17 @@ struct ApplyRestitution {
     const Vector3<R> relative = v[i] - contact.surface.xyz() * per_dt;
     const R speed = dot(n, relative);
     const R gained = -restitution * approach - speed;
-    if (!(gained > R(0))) return;  // something else carries it away faster
+    if (!(gained > R(0))) return;  // it already leaves faster
     const Vector3<R> sliding = relative - n * speed;
-    const R length = sqrt(dot(sliding, sliding)), budget = friction * gained;
-    const R taken = length > R(0) ? (length < budget ? length : budget) / length : R(0);
-    v.set(i, v[i] + n * gained - sliding * taken);
+    const R length = sqrt(dot(sliding, sliding)), max_change = friction * gained;
+    const R fraction = length > R(0) ? (length < max_change ? length : max_change) / length : R(0);
+    v.set(i, v[i] + n * gained - sliding * fraction);
     const R path_left = contact.lambda < -contact.surface.w ? contact.lambda : -contact.surface.w;
     p.add(i, n * (restitution * path_left));
   }
 };
 
-/// Whether a contact pushed in the last substep.
+/// Counts contacts that pushed in the last substep.
 template <class R>
 struct CountContact {
   const Contact<R>* contacts;

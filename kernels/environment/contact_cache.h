@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is remembered of particles near an environment mesh from substep to substep: a box for every 64 particles,
-// where each was seen for those of which no box tells it, and a slot with the rest and its contact for those that are
-// near.
+// Cache of contact queries at one environment mesh, kept from substep to substep: a bounding box with a distance for
+// every group of 64 particles; an entry for every particle of groups whose box does not suffice; and a slot with the
+// full record and the contact for every particle near the mesh.
 #pragma once
 #include "kernels/attachments/pose.h"
 #include "kernels/environment/contact.h"
@@ -9,7 +9,7 @@
 
 namespace malha {
 
-/// Returns what the number was.
+/// Returns the number before the increment.
 KERNEL int atomic_increment(int* number) {
 #if defined(__CUDA_ARCH__)
   return atomicAdd(number, 1);
@@ -18,58 +18,60 @@ KERNEL int atomic_increment(int* number) {
 #endif
 }
 
-inline constexpr int kGroupSize = 64;  // particles: a bit each
+inline constexpr int kGroupSize = 64;  // particles, a bit each in a mask
 
-/// Where a particle was last seen (m, mesh's frame), and how near nothing is.
-struct PlaceSeen {
+/// Cache entry of a particle: its position at the last query (m, mesh's frame), and a lower bound of the signed
+/// distance of the surface from there (m).
+struct CacheEntry {
   float x, y, z, distance;
 };
 
-/// The place of the box from low to high that is nearest to a.
+/// The point of the box from low to high that is nearest to a.
 template <class S>
 KERNEL Vector3<S> nearest_in(const Vector3<float>& low, const Vector3<float>& high, const Vector3<S>& a) {
   return {max(S(low.x), min(a.x, S(high.x))), max(S(low.y), min(a.y, S(high.y))), max(S(low.z), min(a.z, S(high.z)))};
 }
 
-/// A box in which all particles of a word were when they were last seen (m, mesh's frame), for a first test of them
-/// all. Unless each particle has a place of its own, it counts as seen at the place of the box that is nearest to it.
-struct WordBox {
+/// Bounding box of a group of particles at their last query (m, mesh's frame), for a test of the whole group. A
+/// particle without an entry of its own counts as queried at the point of the box that is nearest to it.
+struct GroupBox {
   Vector3<float> centre, half;
-  /// To no place of the box anything is nearer. Below 0: the same of its size, but particles have left it by more than
-  /// that tells. 0: no particle was ever seen. kOfEach: each particle has a place of its own.
+  /// Lower bound of the distance of the surface from any point of the box. Below 0: the same with its magnitude, but
+  /// particles have left the box too far for the group test. 0: no particle was ever queried. kPerParticle: every
+  /// particle has an entry of its own.
   float distance;
 
-  static constexpr float kOfEach = -INFINITY;
-  /// Whether a test of the whole word may tell that nothing is near.
-  KERNEL bool keeps_all() const { return distance > 0; }
-  KERNEL bool is_of_each() const { return distance == kOfEach; }
+  static constexpr float kPerParticle = -INFINITY;
+  /// Returns true if a test of the whole group can rule out contact.
+  KERNEL bool can_test_group() const { return distance > 0; }
+  KERNEL bool has_entries() const { return distance == kPerParticle; }
   KERNEL float clearance() const { return distance == 0 ? -INFINITY : fabsf(distance); }
-  KERNEL PlaceSeen place(const Vector3<float>& a) const {
-    if (distance == 0 || is_of_each()) return {0, 0, 0, -INFINITY};
+  KERNEL CacheEntry entry(const Vector3<float>& a) const {
+    if (distance == 0 || has_entries()) return {0, 0, 0, -INFINITY};
     const Vector3<float> nearest = nearest_in(centre - half, centre + half, a);
     return {nearest.x, nearest.y, nearest.z, clearance()};
   }
-  /// The way from the box to a.
+  /// Offset of a from the box, per axis; 0 inside.
   template <class S>
-  KERNEL Vector3<S> way_to(const Vector3<S>& a) const {
+  KERNEL Vector3<S> offset_from_box(const Vector3<S>& a) const {
     const Vector3<S> d = a - Vector3<S>{S(centre.x), S(centre.y), S(centre.z)};
     return {max(abs(d.x) - S(half.x), S(0.0f)), max(abs(d.y) - S(half.y), S(0.0f)), max(abs(d.z) - S(half.z), S(0.0f))};
   }
-  KERNEL void leave() { distance = distance < 1e38f ? -distance : -1e38f; }
-  /// Each particle gets a place of its own; then the size tells whether any was seen since a box was last tried.
-  KERNEL void leave_to_each() { distance = kOfEach, half.x = 1; }
-  KERNEL bool is_to_try() const { return is_of_each() && half.x != 0; }
-  KERNEL void note_try() { half.x = 0; }
+  KERNEL void disable_group_test() { distance = distance < 1e38f ? -distance : -1e38f; }
+  /// Switches to entries; half.x then says whether any particle was queried since a box was last tried.
+  KERNEL void use_entries() { distance = kPerParticle, half.x = 1; }
+  KERNEL bool should_refit() const { return has_entries() && half.x != 0; }
+  KERNEL void note_refit() { half.x = 0; }
 };
 
-/// Where each particle of a word was last seen, and its slot: of words that no box tells of.
-struct WordPlaces {
-  float x[kGroupSize], y[kGroupSize], z[kGroupSize], distance[kGroupSize];  // as in PlaceSeen
+/// Entries and slots of the particles of a group.
+struct GroupEntries {
+  float x[kGroupSize], y[kGroupSize], z[kGroupSize], distance[kGroupSize];  // as in CacheEntry
   int slot[kGroupSize];                                                     // none: -1
-  int word;  // whose places these are; none: -1, and they are free
+  int group;                                                                // that these belong to; -1: free
 
-  KERNEL PlaceSeen of(int k) const { return {x[k], y[k], z[k], distance[k]}; }
-  KERNEL void set(int k, const PlaceSeen& to) { x[k] = to.x, y[k] = to.y, z[k] = to.z, distance[k] = to.distance; }
+  KERNEL CacheEntry of(int k) const { return {x[k], y[k], z[k], distance[k]}; }
+  KERNEL void set(int k, const CacheEntry& to) { x[k] = to.x, y[k] = to.y, z[k] = to.z, distance[k] = to.distance; }
   KERNEL bool has_slots(int n) const {
     bool any = false;
     for (int k = 0; k < n; ++k) any = any || slot[k] >= 0;
@@ -77,119 +79,124 @@ struct WordPlaces {
   }
 };
 
-/// The middle of n places, for a word that is farther off than it is large: without it the distance is 0.
-KERNEL WordBox middle_of(const WordPlaces& places, int n) {
+/// A point box at the middle of the first n entries, for a group whose distance exceeds four times its radius;
+/// otherwise with distance 0.
+KERNEL GroupBox point_box_of(const GroupEntries& entries, int n) {
   const auto middle = [&](const float* a) KERNEL_LAMBDA {
     float least = a[0], most = least;
     for (int k = 1; k < n; ++k) least = a[k] < least ? a[k] : least, most = a[k] > most ? a[k] : most;
     return (least + most) / 2;
   };
-  const Vector3<float> c{middle(places.x), middle(places.y), middle(places.z)};
-  float most = 0, nearest = places.distance[0];
+  const Vector3<float> c{middle(entries.x), middle(entries.y), middle(entries.z)};
+  float most = 0, nearest = entries.distance[0];
   for (int k = 0; k < n; ++k) {
-    const Vector3<float> d{places.x[k] - c.x, places.y[k] - c.y, places.z[k] - c.z};
-    most = max(most, dot(d, d)), nearest = places.distance[k] < nearest ? places.distance[k] : nearest;
+    const Vector3<float> d{entries.x[k] - c.x, entries.y[k] - c.y, entries.z[k] - c.z};
+    most = max(most, dot(d, d)), nearest = entries.distance[k] < nearest ? entries.distance[k] : nearest;
   }
   const float radius = 1.00001f * sqrt(most);
   return {c, {0, 0, 0}, nearest > 4 * radius ? 0.99999f * (nearest - radius) : 0};
 }
 
-/// Where a particle is in a mesh's frame, as places are kept.
+/// Position of a particle in a mesh's frame, in float as entries store it.
 template <class R>
-KERNEL Vector3<float> place_in(const Pose& mesh, const Vector3<R>& x) {
+KERNEL Vector3<float> to_local_float(const Pose& mesh, const Vector3<R>& x) {
   return rounded<float>(to_local(mesh, in_double(x)));
 }
 
-/// How many pieces of memory were handed out from the first on, and how many of them are free again.
-struct Handed {
+/// Elements of a pool that were allocated, from the first on, and how many of them are free again.
+struct AllocationCount {
   int used = 0, freed = 0;
-  KERNEL Handed& operator+=(const Handed& o) {
+  KERNEL AllocationCount& operator+=(const AllocationCount& o) {
     used += o.used, freed += o.freed;
     return *this;
   }
 };
 
-/// Of one mesh. There is memory for the places and the slot of every particle that is looked at.
+/// The cache of one mesh. Its pools have capacity for the entries and the slots of all particles that are queried.
 template <class R>
 struct ContactCacheView {
-  WordBox* boxes;
-  int* which;             // of each word, the place of its entry in `places`; none: -1
-  WordPlaces* places;     // of the words whose boxes are of each
-  Contact<R>* contacts;   // of each slot
-  ProximityRecord* near;  // the same
-  Handed *slots, *words;  // of contacts and near, and of places
+  GroupBox* boxes;
+  int* entry_index;                           // of each group: index into `entries`; none: -1
+  GroupEntries* entries;                      // of the groups with entries
+  Contact<R>* contacts;                       // of each slot
+  ProximityRecord* near;                      // of each slot
+  AllocationCount *slot_count, *entry_count;  // of contacts and near, and of entries
 
-  KERNEL const WordPlaces* places_of(int word) const { return which[word] < 0 ? nullptr : places + which[word]; }
+  KERNEL const GroupEntries* entries_of(int group) const {
+    return entry_index[group] < 0 ? nullptr : entries + entry_index[group];
+  }
   KERNEL int slot(int i) const {
-    const WordPlaces* const of = places_of(i / kGroupSize);
+    const GroupEntries* const of = entries_of(i / kGroupSize);
     return of ? of->slot[i % kGroupSize] : -1;
   }
-  /// Of a particle that is at a, in the mesh's frame.
-  KERNEL PlaceSeen place(int i, const Vector3<float>& a) const {
-    const WordPlaces* const of = places_of(i / kGroupSize);
-    return of ? of->of(i % kGroupSize) : boxes[i / kGroupSize].place(a);
+  /// The entry of a particle at a (mesh's frame): its own, or that of its group's box.
+  KERNEL CacheEntry entry(int i, const Vector3<float>& a) const {
+    const GroupEntries* const of = entries_of(i / kGroupSize);
+    return of ? of->of(i % kGroupSize) : boxes[i / kGroupSize].entry(a);
   }
-  KERNEL ClosestPointRecord seen(int i, const Vector3<double>& a) const {
-    if (const int s = slot(i); s >= 0) return near[s].seen;
-    const PlaceSeen last = place(i, rounded<float>(a));
+  /// The record of a particle at a (mesh's frame), or what its entry says.
+  KERNEL ClosestPointRecord record(int i, const Vector3<double>& a) const {
+    if (const int s = slot(i); s >= 0) return near[s].record;
+    const CacheEntry last = entry(i, rounded<float>(a));
     return {{double(last.x), double(last.y), double(last.z)}, double(last.distance), -1, {0, 0, 0}};
   }
-  /// As in ClosestPointRecord.
+  /// See ClosestPointRecord::overlap.
   KERNEL double overlap(int i) const {
     const int s = slot(i);
-    return s < 0 ? 0 : near[s].seen.overlap;
+    return s < 0 ? 0 : near[s].record.overlap;
   }
 
-  /// Gives each particle of a word a place of its own, as see() needs it. No other thread does the same.
-  KERNEL void give_places(int word, const Particles<R>& particles, const Pose& mesh) const {
-    if (which[word] >= 0) return;
-    const int to = atomic_increment(&words->used), first = word * kGroupSize;
-    WordPlaces& own = places[to];
+  /// Allocates entries for a group, as store() needs them. Only one thread may do so for a group at a time.
+  KERNEL void allocate_entries(int group, const Particles<R>& particles, const Pose& mesh) const {
+    if (entry_index[group] >= 0) return;
+    const int to = atomic_increment(&entry_count->used), first = group * kGroupSize;
+    GroupEntries& own = entries[to];
     for (int k = 0; k < kGroupSize; ++k) {
       own.slot[k] = -1;
-      own.set(k, first + k < particles.count ? boxes[word].place(place_in(mesh, particles.x[first + k]))
-                                             : PlaceSeen{0, 0, 0, -INFINITY});
+      own.set(k, first + k < particles.count ? boxes[group].entry(to_local_float(mesh, particles.x[first + k]))
+                                             : CacheEntry{0, 0, 0, -INFINITY});
     }
-    own.word = word, which[word] = to;
-    boxes[word].leave_to_each();
+    own.group = group, entry_index[group] = to;
+    boxes[group].use_entries();
   }
-  /// A box tells of a word's particles from here on. None of them has a slot.
-  KERNEL void take_places(int word) const {
-    places[which[word]].word = -1, which[word] = -1;
-    atomic_increment(&words->freed);
+  /// Frees the entries of a group whose box suffices from now on. None of its particles has a slot.
+  KERNEL void free_entries(int group) const {
+    entries[entry_index[group]].group = -1, entry_index[group] = -1;
+    atomic_increment(&entry_count->freed);
   }
 
-  KERNEL void see(int i, const ClosestPointRecord& last) const {
+  /// Stores a record: as an entry, and in a slot where an entry is not enough.
+  KERNEL void store(int i, const ClosestPointRecord& last) const {
     const Vector3<float> rounded = in_float(last.at);
-    WordPlaces& own = places[which[i / kGroupSize]];
+    GroupEntries& own = entries[entry_index[i / kGroupSize]];
     const int k = i % kGroupSize;
-    own.set(k, {rounded.x, rounded.y, rounded.z, certain_distance(last)});
-    boxes[i / kGroupSize].leave_to_each();
+    own.set(k, {rounded.x, rounded.y, rounded.z, distance_lower_bound(last)});
+    boxes[i / kGroupSize].use_entries();
     int s = own.slot[k];
     if (!needs_slot(last)) {
       if (s < 0) return;
       contacts[s].particle = -1, own.slot[k] = -1;
-      atomic_increment(&slots->freed);
+      atomic_increment(&slot_count->freed);
       return;
     }
     if (s < 0) {
-      s = own.slot[k] = atomic_increment(&slots->used);
+      s = own.slot[k] = atomic_increment(&slot_count->used);
       contacts[s].particle = i;
       clear_slot(contacts[s], near[s]);
     }
-    near[s].seen = last;
+    near[s].record = last;
   }
-  /// A slot without a contact, of which nothing else is known.
+  /// Clears a slot: no contact, no octree cell, no feature.
   KERNEL static void clear_slot(Contact<R>& contact, ProximityRecord& near) {
     invalidate(contact);
     near.cell = 0, near.feature.radius = -1;
   }
 
-  /// Whether there is more to remember than a place and a distance in float tell.
+  /// Returns true if a record holds more than an entry can.
   KERNEL static bool needs_slot(const ClosestPointRecord& last) {
     const Vector3<double>& tunnel_offset = last.tunnel_offset;
     return last.triangle >= 0 || tunnel_offset.x != 0 || tunnel_offset.y != 0 || tunnel_offset.z != 0 ||
-           !(certain_distance(last) > 0 || last.distance == -INFINITY);
+           !(distance_lower_bound(last) > 0 || last.distance == -INFINITY);
   }
 
   KERNEL Contact<R>* contact(int i) const {
@@ -199,74 +206,74 @@ struct ContactCacheView {
 
  private:
   KERNEL static Vector3<float> in_float(const Vector3<double>& a) { return {float(a.x), float(a.y), float(a.z)}; }
-  /// From the rounded place.
-  KERNEL static float certain_distance(const ClosestPointRecord& last) {
+  /// Lower bound of the distance from the position as an entry rounds it.
+  KERNEL static float distance_lower_bound(const ClosestPointRecord& last) {
     const Vector3<float> rounded = in_float(last.at);
     const Vector3<double> off{last.at.x - rounded.x, last.at.y - rounded.y, last.at.z - rounded.z};
-    const double certain = last.distance - sqrt(dot(off, off));
-    const float nearest = float(certain);
+    const double bound = last.distance - sqrt(dot(off, off));
+    const float nearest = float(bound);
     const float below = nearest - 1.2e-7f * fabsf(nearest);
-    return double(nearest) > certain ? below : nearest;
+    return double(nearest) > bound ? below : nearest;
   }
 };
 
-/// Free slots are taken out, here or on the way to other memory. One item: each has the place that those before leave.
-/// One thread of a device would take longer than the way to the host.
+/// Compacts the slots, in place or into other memory. One item, because every slot moves to the next free index; it
+/// runs on the host because one thread of a device would take longer than the transfers.
 template <class R>
 struct CompactSlots {
-  using AsksTheHost = void;
-  ContactCacheView<R> nearby;
+  using RunsOnHost = void;
+  ContactCacheView<R> cache;
   ProximityRecord* near_to;
   Contact<R>* contacts_to;
   KERNEL void operator()(int) const {
     int kept = 0;
-    for (int s = 0; s < nearby.slots->used; ++s) {
-      const int i = nearby.contacts[s].particle;
+    for (int s = 0; s < cache.slot_count->used; ++s) {
+      const int i = cache.contacts[s].particle;
       if (i < 0) continue;
-      near_to[kept] = nearby.near[s], contacts_to[kept] = nearby.contacts[s];
-      nearby.places[nearby.which[i / kGroupSize]].slot[i % kGroupSize] = kept;
+      near_to[kept] = cache.near[s], contacts_to[kept] = cache.contacts[s];
+      cache.entries[cache.entry_index[i / kGroupSize]].slot[i % kGroupSize] = kept;
       ++kept;
     }
-    *nearby.slots = {kept, 0};
+    *cache.slot_count = {kept, 0};
   }
 };
-/// The same of places.
+/// Compacts the entries likewise.
 template <class R>
-struct TakeOutFreePlaces {
-  using AsksTheHost = void;
-  ContactCacheView<R> nearby;
-  WordPlaces* to;
+struct CompactEntries {
+  using RunsOnHost = void;
+  ContactCacheView<R> cache;
+  GroupEntries* to;
   KERNEL void operator()(int) const {
     int kept = 0;
-    for (int k = 0; k < nearby.words->used; ++k) {
-      if (nearby.places[k].word < 0) continue;
-      to[kept] = nearby.places[k];
-      nearby.which[to[kept].word] = kept;
+    for (int k = 0; k < cache.entry_count->used; ++k) {
+      if (cache.entries[k].group < 0) continue;
+      to[kept] = cache.entries[k];
+      cache.entry_index[to[kept].group] = kept;
       ++kept;
     }
-    *nearby.words = {kept, 0};
+    *cache.entry_count = {kept, 0};
   }
 };
 
-/// Of a slot: what was known of its cell.
-struct ForgetCells {
+/// Clears the cached octree cells of the slots.
+struct ResetCells {
   ProximityRecord* near;
   KERNEL void operator()(int s) const { near[s].cell = 0; }
 };
 
-/// Invalidates contacts before detection, except resting ones: the same position and a displacement below `way` (m;
+/// Invalidates contacts before detection, except resting ones: the same position and a displacement up to max_path (m;
 /// below 0: the mesh moves) give the same contact.
 template <class R>
 struct InvalidateContacts {
   Contact<R>* contacts;
   Displaced<R> p;
-  double way;
+  double max_path;
   KERNEL void operator()(int s) const {
     Contact<R>& contact = contacts[s];
     const int i = contact.particle;
-    if (i < 0 || way < 0 || !same(p.x[i], contact.cached_position)) return invalidate(contact);
+    if (i < 0 || max_path < 0 || !same(p.x[i], contact.cached_position)) return invalidate(contact);
     const Vector3<double> path = in_double(p.d[i]);
-    if (!(dot(path, path) <= way * way)) return invalidate(contact);
+    if (!(dot(path, path) <= max_path * max_path)) return invalidate(contact);
     contact.lambda = R(0);
     contact.friction_impulse = {R(0), R(0), R(0)};
     contact.surface.w = R(dot(in_double(contact.plane.xyz()), path));

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Contacts of deformable bodies with edges and corners of the environment: those of
-// kernels/self_collision/self_contact.h in the frame of what moves, where its points rest. They are numbered after the
-// particles, and have no inverse mass.
+// kernels/self_collision/self_contact.h, in the frame of the moving objects, where the points of the objects rest.
+// These points are numbered after the particles and have inverse mass 0.
 #pragma once
 #include "kernels/attachments/pose.h"
 #include "kernels/environment/edge_truncate.h"
@@ -9,8 +9,7 @@
 
 namespace malha {
 
-/// Places of the world as objects of one motion see them, from a point amid them: rounding is small far from the
-/// origin too.
+/// Frame of objects with a common motion, relative to their centre, so that rounding is small far from the origin too.
 struct ObjectFrame {
   Pose pose;
   Vector3<double> centre;  // m
@@ -25,7 +24,7 @@ struct ObjectFrame {
   }
 };
 
-/// Where the particles start, as seen from the objects.
+/// Computes the start positions of the particles in the objects' frame.
 template <class R>
 struct StartLocal {
   ScatteredPoints<R> x0;
@@ -34,7 +33,7 @@ struct StartLocal {
   KERNEL void operator()(int i) const { x.set(i, rounded<R>(before.local(x0[i]))); }
 };
 
-/// And how far they have moved.
+/// Computes the displacements of the particles in the objects' frame.
 template <class R>
 struct MoveLocal {
   Displaced<R> p;
@@ -45,93 +44,94 @@ struct MoveLocal {
   }
 };
 
-/// Of what edges hold in this substep, where bodies collide with themselves: nothing else may move it.
+/// Marks particles that edges or meshes of the environment have moved in this substep as kinematic for self-collision.
 template <class R>
-struct HeldByEdges {
-  R* w = nullptr;            // 1/kg, then 0; none: nothing else will try
-  Carrier* by = nullptr;     // of each particle
-  Carrier number = kNobody;  // of these edges
-  KERNEL bool any() const { return w != nullptr; }
-  KERNEL void note(int i) const {
-    if (any()) w[i] = R(0), by[i] = number;
+struct KinematicMarks {
+  R* w = nullptr;                    // 1/kg; 0 once marked; null: no self-collision
+  KinematicOwner* owner = nullptr;   // of each particle
+  KinematicOwner number = kNoOwner;  // of the objects that move particles now
+  KERNEL bool is_enabled() const { return w != nullptr; }
+  KERNEL void mark(int i) const {
+    if (is_enabled()) w[i] = R(0), owner[i] = number;
   }
 };
 
-/// Puts a particle where the objects see it.
+/// Sets the position of a particle, given in the objects' frame, and marks it.
 template <class R>
-struct PlaceLocal {
+struct SetFromLocal {
   Displaced<R> p;
   ObjectFrame after;
-  HeldByEdges<R> held;
+  KinematicMarks<R> marks;
   KERNEL void operator()(int i, const Vector3<R>& a) const {
     p.set(i, after.world(a));
-    held.note(i);
+    marks.mark(i);
   }
 };
 
-/// Every simplex of the bodies meets the triangles whose boxes overlap its own: finds their pairs, or lays them down
-/// where their count said.
-template <class R, bool kLays>
+/// Broad phase of edge contacts: counts the candidate pairs of every simplex of the bodies with the triangles whose
+/// boxes overlap its own, or (kStores) stores them at the offsets that the counts gave.
+template <class R, bool kStores>
 struct FindEdgePairs {
   StacklessBvh path;
-  const Simplex *bodies, *objects;  // of the objects, only what can touch is owned
+  const Simplex *bodies, *objects;  // objects own only features that can touch
   const Box<R>* boxes;              // of particles and points
-  ScatteredPoints<R> x;             // of both, where the search starts
-  ScatteredPoints<R> d;             // how far the particles may go
-  R reach;                          // m: farther than this beyond it they do not meet
-  int* place;                       // counts to fill in, or places
-  int count, total;                 // of simplices, of places
+  ScatteredPoints<R> x;             // of both, at the start of the search
+  ScatteredPoints<R> d;             // displacements of the particles
+  R reach;                          // m, contact distance beyond the displacements
+  int* offset;                      // counts that are stored, or offsets
+  int count, total;                 // of simplices, of candidates
   Candidate* candidates;
-  unsigned char* near;  // of each particle: whether it is in any
+  unsigned char* has_candidates;  // of each particle: whether it is in any candidate
 
   KERNEL void operator()(int e) const {
-    if (kLays && place[e] == (e + 1 < count ? place[e + 1] : total)) return;
-    const Simplex mine = bodies[e];
-    const Box<R> edge[3] = {of_edge(mine, 0), of_edge(mine, 1), of_edge(mine, 2)}, box = merge(edge[0], edge[1]);
+    if (kStores && offset[e] == (e + 1 < count ? offset[e + 1] : total)) return;
+    const Simplex body = bodies[e];
+    const Box<R> edge[3] = {of_edge(body, 0), of_edge(body, 1), of_edge(body, 2)}, box = merge(edge[0], edge[1]);
     int found = 0;
-    Candidate* const to = kLays ? candidates + place[e] : nullptr;
+    Candidate* const to = kStores ? candidates + offset[e] : nullptr;
     const auto add = [&](const Candidate& candidate) KERNEL_LAMBDA {
-      if (kLays) to[found] = candidate;
+      if (kStores) to[found] = candidate;
       ++found;
     };
-    const Slab<R> slab = slab_of(mine);
+    const Slab<R> slab = slab_of(body);
     path.for_each_in(box, slab, [&](int t) KERNEL_LAMBDA {
-      const Simplex theirs = objects[t];
-      const int* const c = theirs.corner;
-      const Box<R> their_edge[3] = {of_edge(theirs, 0), of_edge(theirs, 1), of_edge(theirs, 2)},
-                   their_box = merge(their_edge[0], their_edge[1]);
-      if (!overlap(box, their_box) || parted(slab, theirs) || parted(theirs, mine)) return;
+      const Simplex object = objects[t];
+      const int* const c = object.corner;
+      const Box<R> object_edge[3] = {of_edge(object, 0), of_edge(object, 1), of_edge(object, 2)},
+                   object_box = merge(object_edge[0], object_edge[1]);
+      if (!overlap(box, object_box) || are_separated(slab, object) || are_separated(object, body)) return;
       for (int k = 0; k < 3; ++k)
-        if (mine.owns_corner(k) && overlap(boxes[mine.corner[k]], their_box)) add({{mine.corner[k], c[0], c[1], c[2]}});
+        if (body.owns_corner(k) && overlap(boxes[body.corner[k]], object_box))
+          add({{body.corner[k], c[0], c[1], c[2]}});
       KERNEL_ROLLED
       for (int l = 0; l < 3; ++l) {
-        if (mine.is_face() && theirs.owns_corner(l) && overlap(boxes[c[l]], box))
-          add({{c[l], mine.corner[0], mine.corner[1], mine.corner[2]}});
-        if (!theirs.owns_edge(l)) continue;
+        if (body.is_face() && object.owns_corner(l) && overlap(boxes[c[l]], box))
+          add({{c[l], body.corner[0], body.corner[1], body.corner[2]}});
+        if (!object.owns_edge(l)) continue;
         for (int k = 0; k < 3; ++k)
-          if (mine.owns_edge(k) && overlap(edge[k], their_edge[l]))
-            add({{~mine.from(k), mine.to(k), theirs.from(l), theirs.to(l)}});
+          if (body.owns_edge(k) && overlap(edge[k], object_edge[l]))
+            add({{~body.from(k), body.to(k), object.from(l), object.to(l)}});
       }
     });
-    if (!kLays) place[e] = found;
-    if (!kLays && found > 0)
-      for (const int i : mine.corner) note(near + i);
+    if (!kStores) offset[e] = found;
+    if (!kStores && found > 0)
+      for (const int i : body.corner) store_flag(has_candidates + i);
   }
 
  private:
-  /// Neighbours note the same of a particle that they share.
-  KERNEL static void note(unsigned char* of) {
+  /// Concurrent threads store the same value.
+  KERNEL static void store_flag(unsigned char* of) {
 #if defined(__CUDA_ARCH__)
     *static_cast<volatile unsigned char*>(of) = 1;
 #else
     __atomic_store_n(of, static_cast<unsigned char>(1), __ATOMIC_RELAXED);
 #endif
   }
-  /// Along n, of what stays in the box of its way d: constraints may pull it off the straight one.
+  /// Largest motion along n inside the box of displacement d: constraints may pull particles off the straight path.
   KERNEL static R farthest(const Vector3<R>& n, const Vector3<R>& d) {
     return max(n.x * d.x, R(0)) + max(n.y * d.y, R(0)) + max(n.z * d.z, R(0));
   }
-  /// In which the boxes of the ways of a triangle lie.
+  /// The slab that contains the swept boxes of a triangle.
   KERNEL Slab<R> slab_of(const Simplex& s) const {
     const int* const i = s.corner;
     const Vector3<R> a = x[i[0]], n = cross(x[i[1]] - a, x[i[2]] - a);
@@ -143,17 +143,18 @@ struct FindEdgePairs {
     const R more = R(1.01) * reach * sqrt(dot(n, n));
     return {a, n, low - more, high + more};
   }
-  KERNEL bool parted(const Slab<R>& slab, const Simplex& theirs) const {
+  /// Returns true if a triangle lies outside a slab.
+  KERNEL bool are_separated(const Slab<R>& slab, const Simplex& object) const {
     R low = R(INFINITY), high = -R(INFINITY);
     for (int k = 0; k < 3; ++k) {
-      const R at = dot(slab.n, x[theirs.corner[k]] - slab.at);
+      const R at = dot(slab.n, x[object.corner[k]] - slab.at);
       low = min(low, at), high = max(high, at);
     }
     return low > slab.high || high < slab.low;
   }
-  /// Along the normal of the one at rest.
-  KERNEL bool parted(const Simplex& theirs, const Simplex& mine) const {
-    const int *const c = theirs.corner, *const i = mine.corner;
+  /// Returns true if the two are separated along the normal of the object's triangle.
+  KERNEL bool are_separated(const Simplex& object, const Simplex& body) const {
+    const int *const c = object.corner, *const i = body.corner;
     const Vector3<R> a = x[c[0]], n = cross(x[c[1]] - a, x[c[2]] - a);
     R low = R(INFINITY), high = -R(INFINITY);
     for (int k = 0; k < 3; ++k) {
@@ -167,41 +168,42 @@ struct FindEdgePairs {
   KERNEL Box<R> of_edge(const Simplex& s, int k) const { return merge(boxes[s.from(k)], boxes[s.to(k)]); }
 };
 
-/// Of an object.
+/// Contact parameters of an object.
 template <class R>
-struct EdgeRules {
+struct EdgeContactParams {
   R min_distance, friction;  // m, Coulomb's mu
 };
 
-/// The object of a contact, by its points' numbers; particles have number 0.
+/// Index of a contact's object. `object`: 0 for particles, otherwise the index plus 1.
 template <class R>
 KERNEL int object_of(const SelfContact<R>& c, const int* object) {
   return max(object[c.i[0]], object[c.i[3]]) - 1;
 }
 
-/// Lays the contacts of candidates, each by its object's rules, and counts which of their ends are particles.
+/// Builds the contacts of candidates by the parameters of their objects, and counts how many of their points are
+/// particles.
 template <class R>
-struct LayEdgeContacts {
-  EvaluateCandidate<R> look;
-  const EdgeRules<R>* rules;
+struct BuildEdgeContacts {
+  EvaluateCandidate<R> evaluate;
+  const EdgeContactParams<R>* params;
   const int* object;
-  const int* place;
+  const int* offset;
   int count, total, particles;
   SelfContact<R>* contacts;
   int* ends;
   KERNEL void operator()(int c) const {
-    const int at = place[c], next = c + 1 < count ? place[c + 1] : total;
+    const int at = offset[c], next = c + 1 < count ? offset[c + 1] : total;
     if (next == at) return;
-    const Candidate& candidate = look.candidates[c];
-    EvaluateCandidate<R> own = look;
-    own.rules.thickness = rules[max(object[candidate.particle(0)], object[candidate.i[3]]) - 1].min_distance;
+    const Candidate& candidate = evaluate.candidates[c];
+    EvaluateCandidate<R> with_object = evaluate;
+    with_object.rules.thickness = params[max(object[candidate.particle(0)], object[candidate.i[3]]) - 1].min_distance;
     SelfContact<R>& contact = contacts[at];
-    if (own(candidate, contact)) {
-      // Faces push particles elsewhere (kernels/environment/contact.h): here they only hold them.
+    if (with_object(candidate, contact)) {
+      // Faces push particles in kernels/environment/contact.h; here they only serve the final guard.
       if (contact.first == 1 && contact.i[0] < particles) contact.bias = -R(INFINITY);
-      int own_ends = 0;
-      for (int j = 0; j < 4; ++j) own_ends += contact.i[j] < particles ? 1 : 0;
-      ends[at] = own_ends;
+      int particle_ends = 0;
+      for (int j = 0; j < 4; ++j) particle_ends += contact.i[j] < particles ? 1 : 0;
+      ends[at] = particle_ends;
     } else {
       contact.bias = contact.gap = -R(INFINITY);
       ends[at] = 0;
@@ -209,41 +211,43 @@ struct LayEdgeContacts {
   }
 };
 
+/// Lists the particles of all contacts as (particle, contact slot) pairs.
 template <class R>
-struct EnterParticles {
+struct ListContactEnds {
   const SelfContact<R>* contacts;
-  const int* place;  // of their ends
+  const int* offset;  // offsets of the contacts' ends
   int particles;
   Keyed* ends;  // particle, and 4 contact + slot
   KERNEL void operator()(int k) const {
     if (!(contacts[k].gap > -R(INFINITY))) return;
-    int at = place[k];
+    int at = offset[k];
     for (int j = 0; j < 4; ++j)
       if (contacts[k].i[j] < particles) ends[at++] = {unsigned(contacts[k].i[j]), 4 * k + j};
   }
 };
 
-/// As in kernels/self_collision/contact_distance.h, of x's w: grows to the distance of the nearest contact that lacks
-/// some of what its object wants, and to `most` where there is none. Returns how many have less than that still.
+/// Grows the contact distances of particles (kernels/self_collision/contact_distance.h; the w of x) to the distance of
+/// the nearest contact below its object's minimum distance, and to max_distance where there is none. Returns how many
+/// are still below that.
 template <class R>
 struct GrowEdgeDistances {
   ScatteredPoints<R> x;
   const SelfContact<R>* contacts;
   const Keyed* ends;
   const int* begin;  // null: there are no contacts
-  const EdgeRules<R>* rules;
+  const EdgeContactParams<R>* params;
   const int* object;
-  R most;
+  R max_distance;
   KERNEL Sum operator()(int i) const {
-    R nearest = most;
+    R nearest = max_distance;
     for (int e = begin ? begin[i] : 0; e < (begin ? begin[i + 1] : 0); ++e) {
       const SelfContact<R>& c = contacts[ends[e].value / 4];
       const R distance = distance_of(c);
-      if (distance < rules[object_of(c, object)].min_distance) nearest = min(nearest, distance);
+      if (distance < params[object_of(c, object)].min_distance) nearest = min(nearest, distance);
     }
     R& own = x.of[i].w;
     own = max(own, nearest);
-    return {own < most ? 1.0 : 0.0};
+    return {own < max_distance ? 1.0 : 0.0};
   }
 
  private:
@@ -257,15 +261,15 @@ struct GrowEdgeDistances {
   }
 };
 
-/// Coulomb's mu of a contact's object.
+/// Friction coefficient of a contact's object.
 template <class R>
 struct ObjectFriction {
-  const EdgeRules<R>* rules;
+  const EdgeContactParams<R>* params;
   const int* object;
-  KERNEL R operator()(const SelfContact<R>& c) const { return rules[object_of(c, object)].friction; }
+  KERNEL R operator()(const SelfContact<R>& c) const { return params[object_of(c, object)].friction; }
 };
 
-/// Impulses out of the objects' frame.
+/// Rotates impulses from the objects' frame to the world.
 struct TurnToWorld {
   Pose pose;
   template <class R>
@@ -274,19 +278,19 @@ struct TurnToWorld {
   }
 };
 
-/// Counts the particles that may meet what was not looked at: those with contacts that left their reach, and those
-/// that left the box of the search.
+/// Counts the particles that may meet triangles that are no candidates: those with contacts that left their swept
+/// bounds, and those that left the box of the search.
 template <class R>
-struct CountOutOfReach {
+struct CountBoundsViolations {
   ScatteredPoints<R> x, moved, d, x_then, d_then;
   R margin, slack;  // m
-  const unsigned char* near;
+  const unsigned char* has_candidates;
   KERNEL Sum operator()(int i) const {
     const Vector3<R> m = moved[i], own = d[i];
     if (!((m.x + m.y + m.z) * R(0) == R(0))) return {};
     const bool inside = within(m.x, own.x, margin) && within(m.y, own.y, margin) && within(m.z, own.z, margin);
     if (inside) return {};
-    if (near[i]) return {1.0};
+    if (has_candidates[i]) return {1.0};
     const Vector3<R> from = x[i] + m - x_then[i], then = d_then[i];
     const R most = margin + slack;
     return {within(from.x, then.x, most) && within(from.y, then.y, most) && within(from.z, then.z, most) ? 0.0 : 1.0};

@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-// Contacts with edges of the environment push, all at once: a particle that several push is split into one for each,
-// with a part of its mass (mass splitting: Tonge, Benevolenski, Voroshilov 2012), which conserves momentum, never
-// overshoots, and gives the same bits whatever the order. The parts are as large as what each would push alone, not
-// equal: a contact that hardly pushes takes no mass from those that do, nor friction.
+// Solver of contacts with edges of the environment: Jacobi with mass splitting (Tonge, Benevolenski, Voroshilov 2012).
+// A particle with several contacts is split among them, which conserves momentum, never overshoots, and gives the same
+// bits in any order. The shares of its mass are proportional to what each contact would push alone, not equal: a
+// contact that hardly pushes takes no mass from those that do, nor friction.
 //
-// Where the closest points lie at the end of an edge or on the rim of a triangle, the neighbours of that edge or
-// triangle are usually as near and push straight, while this contact pushes aslant: it brakes or drives what slides,
-// until the others have made it idle. So it takes a small part of the mass, and all of it only where no other pushes.
+// If the closest points lie at the end of an edge or on the boundary of a triangle, the contact has an oblique normal
+// and would brake or push sliding bodies, while the contacts of the neighbouring edges or triangles usually are as
+// near. So it claims a small share of the mass, and gets all of it only where no other contact pushes.
 #pragma once
 #include "kernels/environment/contact.h"
 #include "kernels/self_collision/self_contact.h"
 
 namespace malha {
 
-/// Motion of the one side at the closest points relative to the other's.
+/// Motion of the first side relative to the second at the closest points.
 template <class R>
 KERNEL Vector3<R> relative_motion(const SelfContact<R>& c, const ScatteredPoints<R>& moved) {
   Vector3<R> sum{R(0), R(0), R(0)};
@@ -21,42 +21,42 @@ KERNEL Vector3<R> relative_motion(const SelfContact<R>& c, const ScatteredPoints
   return sum;
 }
 
-/// What a contact gives to its particles.
+/// Impulse of a contact on its particles.
 template <class R>
-struct Push {
-  Vec4<R> impulse;  // on the one side, kg m; w: its claim to its particles' mass (kg m), 0 where it does not push
+struct ContactImpulse {
+  Vec4<R> impulse;  // on the first side, kg m; w: claim to the mass of its particles (kg m), 0 if inactive
   R weight[4];
 };
 
-/// Whether the closest points lie at the end of an edge or on the rim of a triangle.
+/// Returns true if the closest points lie at the end of an edge or on the boundary of a triangle.
 template <class R>
-KERNEL bool at_rim(const SelfContact<R>& c) {
+KERNEL bool is_boundary_contact(const SelfContact<R>& c) {
   return c.weight[0] == R(0) || c.weight[1] == R(0) || c.weight[2] == R(0) || c.weight[3] == R(0);
 }
 
-/// Its claim: what it has pushed and would push alone.
+/// Claim of a contact: what it has pushed so far and would push alone.
 template <class R>
 struct EstimateMassShares {
-  /// Of the claim of a contact at a rim. Layers slide within 5 % of Coulomb's way from 0.02 to 0.1; heaps rest better
-  /// with more.
-  static constexpr double kAtRim = 0.1;
+  /// Factor of the claim of a boundary contact. Layers slide within 5 % of Coulomb's distance from 0.02 to 0.1; heaps
+  /// rest better with more.
+  static constexpr double kBoundaryClaim = 0.1;
   ScatteredPoints<R> moved;
   const SelfContact<R>* contacts;
   const R* w;
-  Push<R>* pushes;
+  ContactImpulse<R>* impulses;
   KERNEL void operator()(int k) const {
     const SelfContact<R>& c = contacts[k];
     R W = R(0), push = c.lambda;
     for (int j = 0; j < 4; ++j) W += c.weight[j] * c.weight[j] * w[c.i[j]];
     const R bias = c.bias - dot(c.n, relative_motion(c, moved));
     if (bias > R(0)) push += bias / W;
-    if (at_rim(c)) push *= R(kAtRim);
-    pushes[k].impulse.w = W > tiny<R>() ? push : R(0);
-    for (int j = 0; j < 4; ++j) pushes[k].weight[j] = c.weight[j];
+    if (is_boundary_contact(c)) push *= R(kBoundaryClaim);
+    impulses[k].impulse.w = W > tiny<R>() ? push : R(0);
+    for (int j = 0; j < 4; ++j) impulses[k].weight[j] = c.weight[j];
   }
 };
 
-/// Of the parts of its particles' mass that it claims: that of particle j is (share |weight_j|) / w_j.
+/// Inverse mass of a contact with its shares of the particles' masses: that of particle j is (share |weight_j|) / w_j.
 template <class R>
 KERNEL R inverse_mass(const SelfContact<R>& c, R share, const ScatteredPoints<R>& moved) {
   R W = R(0);
@@ -64,34 +64,33 @@ KERNEL R inverse_mass(const SelfContact<R>& c, R share, const ScatteredPoints<R>
   return W / share;
 }
 
-/// Every particle is split among its contacts by what each claims of it. moved's w = its inverse mass times all of
-/// that.
+/// Splits every particle among its contacts by their claims: stores its inverse mass times their sum in moved's w.
 template <class R>
 struct SplitMasses {
   const R* w;
   const Keyed* ends;
   const int* begin;
-  const Push<R>* pushes;
+  const ContactImpulse<R>* impulses;
   ScatteredPoints<R> moved;
   KERNEL void operator()(int i) const {
     R sum = R(0);
     for (int e = begin[i]; e < begin[i + 1]; ++e) {
-      const Push<R>& push = pushes[ends[e].value / 4];
+      const ContactImpulse<R>& push = impulses[ends[e].value / 4];
       sum += push.impulse.w * abs(push.weight[ends[e].value % 4]);
     }
     moved.of[i].w = w[i] * sum;
   }
 };
 
-/// A claim that is nearer to what will be pushed: what these parts of the mass would push, or, as what has pushed may
-/// have to let go, a tenth of what it was. Nothing moves.
+/// Refines the claims to what the contacts would push with these shares, but at least a tenth of the old claim, since a
+/// contact that has pushed may have to release. Nothing moves.
 template <class R>
 struct RefineMassShares {
   ScatteredPoints<R> moved;
   const SelfContact<R>* contacts;
-  Push<R>* pushes;
+  ContactImpulse<R>* impulses;
   KERNEL void operator()(int k) const {
-    R& share = pushes[k].impulse.w;
+    R& share = impulses[k].impulse.w;
     if (!(share > R(0))) return;
     const SelfContact<R>& c = contacts[k];
     const R W = inverse_mass(c, share, moved);
@@ -99,16 +98,16 @@ struct RefineMassShares {
   }
 };
 
-/// The impulse of each active contact (times dt): a push, and friction on positions as in
+/// Computes the impulse of each active contact (times dt): a push, and friction on positions as in
 /// kernels/environment/contact.h.
 template <class R, class Friction>
 struct SolveContactsJacobi {
   ScatteredPoints<R> moved;
   SelfContact<R>* contacts;
   Friction friction;
-  Push<R>* pushes;
+  ContactImpulse<R>* impulses;
   KERNEL void operator()(int k) const {
-    Push<R>& push = pushes[k];
+    ContactImpulse<R>& push = impulses[k];
     const R share = push.impulse.w;
     push.impulse.w = R(0);
     if (!(share > R(0))) return;
@@ -128,27 +127,27 @@ struct SolveContactsJacobi {
   }
 };
 
-/// Every particle takes its share of its contacts' impulses, in their order.
-template <class R, class Turn>
-struct GatherPushes {
+/// Applies the impulses of its contacts to every particle, in a fixed order.
+template <class R, class Rotation>
+struct ApplyImpulses {
   Displaced<R> p;
   const R* w;
   const Keyed* ends;
   const int* begin;
-  const Push<R>* pushes;
-  Turn turn;
+  const ContactImpulse<R>* impulses;
+  Rotation rotation;
   KERNEL void operator()(int i) const {
     if (begin[i] == begin[i + 1] || !(w[i] > R(0))) return;
     Vector3<R> sum{R(0), R(0), R(0)};
     for (int e = begin[i]; e < begin[i + 1]; ++e) {
-      const Push<R>& push = pushes[ends[e].value / 4];
+      const ContactImpulse<R>& push = impulses[ends[e].value / 4];
       if (push.impulse.w > R(0)) sum = sum + push.impulse.xyz() * push.weight[ends[e].value % 4];
     }
-    p.add(i, turn(sum) * w[i]);
+    p.add(i, rotation(sum) * w[i]);
   }
 };
 
-/// Contacts that pushed in the last substep.
+/// Counts contacts that pushed in the last substep.
 template <class R>
 struct CountPushing {
   const SelfContact<R>* contacts;

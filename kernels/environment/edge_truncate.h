@@ -1,24 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
-// Final guard of a substep between deformable bodies and edges of the environment: no pair of primitives intersects. By
-// planes, as kernels/self_collision/truncate.h says.
+// Final guard of a substep between deformable bodies and edges of the environment: displacements are truncated at
+// division planes so that no pair of primitives intersects (kernels/self_collision/truncate.h).
 #pragma once
 #include "kernels/environment/edge_contact_solve.h"
 
 namespace malha {
 
-/// A free particle stays where the substep began.
+/// Moves free particles back to where the substep began.
 template <class R>
-struct StandStill {
+struct ResetFreeParticles {
   Particles<R> particles;
   KERNEL void operator()(int i) const {
     if (particles.w[i] > R(0)) particles.p.stay(i);
   }
 };
 
-/// A particle that a mesh lifted from x0 to x before the substep, and that was then held where it goes to: as much of
-/// the lift as was undone is no motion.
+/// Adjusts particles that a mesh moved from x0 to x before the substep (the lift) and whose displacement was truncated
+/// afterwards: the part of the lift that was undone must not count as motion.
 template <class R>
-struct ForgetLift {
+struct RemoveUndoneLift {
   Particles<R> particles;
   ScatteredPoints<R> x0;
   Vector3<R> origin;  // m, of x0
@@ -27,14 +27,15 @@ struct ForgetLift {
     const Vector3<R> from = x0[i], lift = p.start_from(i, from, origin);
     const R squared = dot(lift, lift);
     if (!(particles.w[i] > R(0)) || !(squared > R(0)) || !(squared < R(INFINITY))) return;
-    const Vector3<R> way = p.from(i, from, origin);
-    const R kept = min(max(dot(lift, way) / squared, R(0)), R(1));
+    const Vector3<R> displacement = p.from(i, from, origin);
+    const R kept = min(max(dot(lift, displacement) / squared, R(0)), R(1));
     if (!(kept < R(1))) return;
     p.put(i, in_double(origin) + in_double(from) + in_double(lift * kept));
-    p.set_from(i, from, origin, way);
+    p.set_from(i, from, origin, displacement);
   }
 };
 
+/// Copies points between layouts.
 template <class R, class From = Points<R>, class To = ScatteredPoints<R>>
 struct CopyPoints {
   From from;
@@ -42,76 +43,77 @@ struct CopyPoints {
   KERNEL void operator()(int i) const { to.set(i, from[i]); }
 };
 
+/// Division planes of contacts: tests whether their sides are separated at the end of the motion.
 template <class R>
 struct DivisionPlanes {
   ScatteredPoints<R> x0, moved;
-  R least;  // m: no gap closes further
+  R least;  // m: no gap closes below it
 
-  /// Of particle j at x0, along n.
+  /// Coordinate of particle j at x0 along n.
   KERNEL R at_start(const SelfContact<R>& c, int j) const { return dot(c.n, x0[c.i[j]] - x0[c.i[0]]); }
-  /// Which the gap must keep.
-  KERNEL R kept(const SelfContact<R>& c) const { return kept_of(c.gap, least); }
-  KERNEL bool apart(const SelfContact<R>& c) const {
+  /// The gap that the contact must keep.
+  KERNEL R required_gap(const SelfContact<R>& c) const { return malha::required_gap(c.gap, least); }
+  KERNEL bool are_separated(const SelfContact<R>& c) const {
     ContactSides<R> sides;
     for (int j = 0; j < 4; ++j) sides.add(j, c.first, at_start(c, j) + dot(c.n, moved[c.i[j]]));
-    return !(sides.low - sides.high < kept(c));
+    return !(sides.low - sides.high < required_gap(c));
   }
 };
 
-/// Marks the pairs that are about to cross; counts those that holding back can still help.
+/// Marks the contacts whose sides would intersect; counts those that truncation can still resolve.
 template <class R>
-struct FindCrossing {
+struct FindEdgeViolations {
   DivisionPlanes<R> planes;
   const SelfContact<R>* contacts;
-  const unsigned char* held;
+  const unsigned char* truncated;
   const R* w;
-  unsigned char* crossing;
+  unsigned char* violating;
   KERNEL Sum operator()(int k) const {
     const SelfContact<R>& c = contacts[k];
-    crossing[k] = 0;
-    if (planes.apart(c)) return {};
-    crossing[k] = 1;
+    violating[k] = 0;
+    if (planes.are_separated(c)) return {};
+    violating[k] = 1;
     for (int j = 0; j < 4; ++j)
-      if (w[c.i[j]] > R(0) && !held[c.i[j]]) return {1.0};
+      if (w[c.i[j]] > R(0) && !truncated[c.i[j]]) return {1.0};
     return {};
   }
 };
 
-/// Of a crossing pair every particle goes only as far as none of its contacts can be broken by it; or, if it `rests`,
-/// nowhere: of those that rest none can cross another.
-template <class R, class Place>
-struct HoldParticles {
+/// Truncates the displacement of every particle of a violating contact so that it alone cannot make any of its contacts
+/// intersect; or, if `to_rest`, to zero: particles at rest cannot intersect each other.
+template <class R, class SetPosition>
+struct TruncateParticles {
   DivisionPlanes<R> planes;
-  Place place;
-  bool rests;
+  SetPosition set_position;
+  bool to_rest;
   const SelfContact<R>* contacts;
   const Keyed* ends;
   const int* begin;
-  const unsigned char* crossing;
+  const unsigned char* violating;
   const R* w;
-  unsigned char* held;
+  unsigned char* truncated;
   KERNEL void operator()(int i) const {
-    if (held[i] || !(w[i] > R(0))) return;
-    bool crosses = false;
-    for (int e = begin[i]; e < begin[i + 1] && !crosses; ++e) crosses = crossing[ends[e].value / 4];
-    if (!crosses) return;
+    if (truncated[i] || !(w[i] > R(0))) return;
+    bool violates = false;
+    for (int e = begin[i]; e < begin[i + 1] && !violates; ++e) violates = violating[ends[e].value / 4];
+    if (!violates) return;
     const Vector3<R> d = planes.moved[i];
-    R part = rests ? R(0) : R(1);
-    for (int e = begin[i]; e < begin[i + 1] && !rests; ++e) {
+    R fraction = to_rest ? R(0) : R(1);
+    for (int e = begin[i]; e < begin[i + 1] && !to_rest; ++e) {
       const SelfContact<R>& c = contacts[ends[e].value / 4];
       const int own = ends[e].value % 4;
       ContactSides<R> sides;
       for (int j = 0; j < 4; ++j) sides.add(j, c.first, planes.at_start(c, j));
-      // Half of what the gap may lose is each side's, and what lies behind its plane may come up to it.
-      const R at = planes.at_start(c, own), half = R(0.499) * (c.gap - planes.kept(c));
-      const R room = own < c.first ? at - sides.low + half : sides.high - at + half;
+      // Each side may close half of the excess gap, and particles behind their side's plane may come up to it.
+      const R at = planes.at_start(c, own), half = R(0.499) * (c.gap - planes.required_gap(c));
+      const R allowed = own < c.first ? at - sides.low + half : sides.high - at + half;
       const R nearing = own < c.first ? -dot(c.n, d) : dot(c.n, d);
-      if (nearing > room) part = min(part, room > R(0) ? room / nearing : R(0));
+      if (nearing > allowed) fraction = min(fraction, allowed > R(0) ? allowed / nearing : R(0));
     }
-    const Vector3<R> to = planes.x0[i] + d * part;
-    place(i, to);
+    const Vector3<R> to = planes.x0[i] + d * fraction;
+    set_position(i, to);
     planes.moved.set(i, to - planes.x0[i]);
-    held[i] = 1;
+    truncated[i] = 1;
   }
 };
 

@@ -1,28 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
-// The feature of a mesh (a face, an edge or a corner) that is nearest to a particle. It stays the nearest for a while,
-// and then no triangle has to be looked at: the nearest point of a flat set is a projection.
+// Cache of the closest feature (face, edge or corner) of a mesh to a particle. Within a validity radius it stays the
+// closest, and no triangle has to be tested: the closest point on a feature is a projection.
 #pragma once
 #include "kernels/environment/triangle_octree.h"
 
 namespace malha {
 
-/// Places are relative to the mesh's centre, m.
-struct NearFeature {
-  Vector3<double> at{};  // it is the nearest of the whole mesh to every point within `radius` of here
-  double radius = -1;    // below 0: not known
-  Vector3<double> o{};   // a corner of it, or the point
-  Vector3<double> d{};   // unit: an edge's direction, a face's normal
+/// A closest feature; positions are relative to the mesh's centre, m.
+struct ClosestFeature {
+  Vector3<double> at{};  // it is the closest feature of the mesh to every point within `radius` of this one
+  double radius = -1;    // m; below 0: not known
+  Vector3<double> o{};   // a corner of the feature, or the point itself
+  Vector3<double> d{};   // unit: direction of an edge, normal of a face
   Vector3<double> normal{};
   int triangle = -1;
-  enum Kind : signed char { Corner, Edge, Face, Point } kind = Point;  // the last: known of one place alone
+  enum Kind : signed char { Corner, Edge, Face, Point } kind = Point;  // Point: valid for one position alone
   bool boundary = false;
 
-  KERNEL bool holds(const Vector3<double>& p) const {
+  KERNEL bool is_valid_at(const Vector3<double>& p) const {
     const Vector3<double> way = p - at;
     return radius > 0 && dot(way, way) < radius * radius;
   }
 
-  /// Of a point whose nearest feature this is.
+  /// Closest point on the feature to p, if it is the closest feature to p.
   KERNEL Vector3<double> nearest(const Vector3<double>& p) const {
     const double along = dot(p - o, d);
     return kind == Face ? p - d * along : kind == Edge ? o + d * along : o;
@@ -32,13 +32,15 @@ struct NearFeature {
 /// Radius within which the closest feature of a point stays the closest, bounded by every candidate triangle.
 class FeatureValidityRadius {
  public:
-  /// `error`: m, at most, of a computed distance.
-  KERNEL FeatureValidityRadius(const NearMesh& mesh, const Vector3<double>& p, const NearTriangle& near, double error)
+  /// `error`: upper bound of the error of computed distances, m.
+  KERNEL FeatureValidityRadius(const OctreeView& mesh, const Vector3<double>& p, const ClosestTriangle& near,
+                               double error)
       : mesh_(mesh), p_(p), near_(near), error_(error), corners_(mesh.triangles[near.triangle]) {}
 
-  /// How far (m) the point may go while the feature is not farther than triangle t, and is where t is nearest if it is
-  /// part of t; `q`, `d2`: the nearest point of t, and its squared distance. At least `enough`: it does not matter.
-  KERNEL double of(int t, const Vector3<double>& q, double d2, double enough) const {
+  /// Radius (m) within which triangle t is no nearer than the feature, and, if t contains the feature, the closest
+  /// point of t stays on it. `q`, `d2`: the closest point of t, and its squared distance. May be `enough` if it is
+  /// larger than that.
+  KERNEL double radius_for(int t, const Vector3<double>& q, double d2, double enough) const {
     const double far = near_.distance + 4 * error_ + 2 * enough;
     if (d2 > far * far) return enough;
     const int* c = mesh_.triangles[t];
@@ -62,13 +64,13 @@ class FeatureValidityRadius {
   KERNEL Vector3<double> corner(int v) const { return mesh_.corners[v].xyz(); }
   KERNEL static double least(double a, double b) { return a < b ? a : b; }
 
-  /// Where both edges lead away.
+  /// Within it both edges at corner v lead away from the point.
   KERNEL double of_corner(int v, int b, int c) const {
     const Vector3<double> to_b = corner(b) - corner(v), to_c = corner(c) - corner(v), p = p_ - corner(v);
     return least(-dot(p, to_b) / norm(to_b), -dot(p, to_c) / norm(to_c));
   }
 
-  /// Beside the edge, on the other side of it than the triangle's third corner.
+  /// Within it the point projects onto the edge, and lies on the other side of it than the triangle's third corner.
   KERNEL double of_edge(int a, int b, int c) const {
     const Vector3<double> way = corner(b) - corner(a), p = p_ - corner(a);
     const double l = norm(way);
@@ -78,7 +80,7 @@ class FeatureValidityRadius {
     return least(least(from_a, l - from_a), -dot(p, inwards) / norm(inwards));
   }
 
-  /// Over the face.
+  /// Within it the point projects onto the face.
   KERNEL double of_face() const {
     double margin = INFINITY;
     for (int k = 0; k < 3; ++k) {
@@ -88,9 +90,9 @@ class FeatureValidityRadius {
     return margin;
   }
 
-  /// Let n be the directions from the nearest points. After a way w the distance from t, a convex set, has grown by at
-  /// least n_t w, and that from the feature by at most n w + w^2 / (2 distance), without the square over a face. In any
-  /// case the difference loses at most 2 a metre.
+  /// Let n be the directions from the closest points. After a displacement w the distance from t, a convex set, has
+  /// grown by at least n_t w, and that from the feature by at most n w + w^2 / (2 distance), without the square for a
+  /// face. In any case the difference shrinks by at most 2 metres per metre.
   KERNEL double of_other(const Vector3<double>& q, double distance) const {
     const double d = near_.distance, gap = distance - d - 4 * error_;
     if (!(gap > 0)) return -1;
@@ -102,9 +104,9 @@ class FeatureValidityRadius {
     return r > gap / 2 ? r : gap / 2;
   }
 
-  const NearMesh& mesh_;
+  const OctreeView& mesh_;
   Vector3<double> p_;
-  const NearTriangle& near_;
+  const ClosestTriangle& near_;
   double error_;
   const int* corners_;
 };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The nearest triangles of many points at once, each by a list of its own: pairs of a point and a triangle fill packs,
-// so that short lists leave no lane empty, and memory is asked for ahead.
+// Batch of closest-triangle queries, each point with a list of candidates of its own: point-triangle pairs fill packs,
+// so that short lists leave no lane empty, and memory is prefetched.
 #pragma once
 #include "kernels/environment/feature_cache.h"
 #include "kernels/parallel/compute.h"
@@ -10,15 +10,15 @@ namespace malha {
 template <class Isa>
 class PointTriangleBatch {
  public:
-  static constexpr int kPoints = 64, kPairs = 256;  // at most: what they need stays in the first cache
+  static constexpr int kPoints = 64, kPairs = 256;  // limits: the batch fits in the L1 cache
 
-  KERNEL PointTriangleBatch(const NearMesh& mesh) : mesh_(mesh) {}
+  KERNEL PointTriangleBatch(const OctreeView& mesh) : mesh_(mesh) {}
 
-  KERNEL bool has_room(int listed) const { return points_ < kPoints && pairs_ + listed <= kPairs; }
+  KERNEL bool has_capacity(int listed) const { return points_ < kPoints && pairs_ + listed <= kPairs; }
 
-  /// `list`: at most kMostListed triangles, ascending.
+  /// Adds a point. `list`: at most kMaxListLength triangles, in ascending order.
   KERNEL void add(const Vector3<double>& p, const int* list, int count) {
-    place_[points_] = {p.x, p.y, p.z, 0};
+    position_[points_] = {p.x, p.y, p.z, 0};
     first_[points_] = pairs_;
     for (int k = 0; k < count; ++k, ++pairs_) {
       triangle_[pairs_] = list[k], point_[pairs_] = kIndexScale<double> * points_;
@@ -27,7 +27,7 @@ class PointTriangleBatch {
     first_[++points_] = pairs_;
   }
 
-  /// All distances. The last pair again where a pack has more lanes.
+  /// Computes all distances; further lanes of the last pack repeat the last pair.
   KERNEL void measure() {
     if (pairs_ == 0) return;
     for (int k = pairs_; k < pairs_ + lanes - 1; ++k)
@@ -39,26 +39,26 @@ class PointTriangleBatch {
     for (int k = 0; k < pairs_; k += lanes) {
       Vector3<S> p;
       S w;
-      gather_rows(place_, point_ + k, p, w);
-      const NearestPoint<S> near = nearest_of_listed(mesh_, p, triangle_ + k, lanes);
+      gather_rows(position_, point_ + k, p, w);
+      const NearestPoint<S> near = closest_points_on(mesh_, p, triangle_ + k, lanes);
       const Vector3<S> d = p - near.q;
       store(dot(d, d), d2_ + k), store(near.q.x, x_ + k), store(near.q.y, y_ + k), store(near.q.z, z_ + k);
       store(near.feature, feature_ + k);
     }
   }
 
-  /// Of the point that was added as the `which`th: of several triangles that are equally near the lowest.
-  KERNEL NearTriangle nearest(int which) const {
-    return nearest_of(triangle_, d2_, x_, y_, z_, feature_, first_[which], first_[which + 1], least_of(which));
+  /// The closest triangle to the `which`th point; of equally near ones the lowest.
+  KERNEL ClosestTriangle nearest(int which) const {
+    return closest_of(triangle_, d2_, x_, y_, z_, feature_, first_[which], first_[which + 1], least_of(which));
   }
 
-  /// How far (m) a point may go from this one, and its nearest feature is still the same; below 0: not at all. `wall`:
-  /// how far the list holds; `error`: of a computed distance.
-  KERNEL double holds_within(int which, const NearTriangle& near, double wall, double error) const {
-    const FeatureValidityRadius holds(mesh_, place_[which].xyz(), near, error);
+  /// Radius (m) around the `which`th point within which its closest feature stays the same; below 0: none. `wall`:
+  /// distance from the boundary of the cell; `error`: of computed distances.
+  KERNEL double validity_radius(int which, const ClosestTriangle& near, double wall, double error) const {
+    const FeatureValidityRadius validity(mesh_, position_[which].xyz(), near, error);
     double radius = wall - error;
     for (int k = first_[which]; k < first_[which + 1] && radius > 0; ++k) {
-      const double margin = holds.of(triangle_[k], {x_[k], y_[k], z_[k]}, d2_[k], radius);
+      const double margin = validity.radius_for(triangle_[k], {x_[k], y_[k], z_[k]}, d2_[k], radius);
       if (!(margin >= radius)) radius = margin > 0 ? margin : -1;
     }
     return radius;
@@ -74,10 +74,10 @@ class PointTriangleBatch {
     return least;
   }
 
-  NearMesh mesh_;
+  OctreeView mesh_;
   int points_ = 0, pairs_ = 0;
   int first_[kPoints + 1];
-  alignas(64) Vec4<double> place_[kPoints];
+  alignas(64) Vec4<double> position_[kPoints];
   int triangle_[kPairs + lanes], point_[kPairs + lanes];
   double d2_[kPairs + lanes], x_[kPairs + lanes], y_[kPairs + lanes], z_[kPairs + lanes], feature_[kPairs + lanes];
 };

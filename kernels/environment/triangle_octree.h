@@ -1,54 +1,55 @@
 // SPDX-License-Identifier: Apache-2.0
-// The nearest of many triangles, by lists: the space around a mesh is cut into cells (an octree), and a cell lists all
-// triangles that are nearest to any point of it. The lists belong to the mesh alone, so that every particle that comes
-// by in any substep uses them, and what they answer is what all triangles would, whichever cells exist.
+// Octree of candidate triangles around a mesh: a cell lists all triangles that are closest to any of its points. The
+// lists depend on the mesh alone, so that all particles in all substeps use them; a query by a list gives the same
+// result as one of all triangles, whichever cells exist.
 #pragma once
 #include "kernels/geometry/closest_point.h"
 #include "kernels/simd/pack.h"
 
 namespace malha {
 
-/// Its parts, by the signs of x, y, z as bits 0, 1, 2, and its list. Inner cells keep theirs: their parts are cut from
-/// it.
+/// A cell: its children (by the signs of x, y, z as bits 0, 1, 2), and its list of triangles. Inner cells keep their
+/// lists, because the lists of children are made from them.
 struct alignas(64) OctreeNode {
-  int child[8];      // its number; not made yet: 0
-  int first, count;  // of its list: triangles, ascending
+  int child[8];      // cell numbers; 0: not made yet
+  int first, count;  // its list: triangles in ascending order
   int depth;
-  int failed_splits;  // how many cuts in a row have hardly shortened the list
-  int x, y, z;        // in cells of its depth
-  float error;        // m, at most, of a computed distance from a triangle of its list
+  int failed_splits;  // number of consecutive splits that hardly shortened the list
+  int x, y, z;        // position in cells of its depth
+  float error;        // m, upper bound of the error of computed distances from listed triangles
 };
 
-/// A cell of the grid over the root, of a side of some triangles.
+/// A cell of the grid over the root; its side is that of a few triangles.
 struct GridCell {
-  float distance;  // below that of its centre from the mesh, m; 0: not known yet
-  int cell;        // its number; not made yet: 0
+  float distance;  // lower bound of the distance of its centre from the mesh, m; 0: not known yet
+  int cell;        // cell number; 0: not made yet
 };
 
-// Triangles: a list that is no longer is not cut further. Of small meshes many particles share each cell.
+// Numbers of triangles: lists up to kShortList (kLeafList in large meshes) are not split. In small meshes many
+// particles share each cell.
 inline constexpr int kSmallMesh = 8192, kShortList = 16, kLeafList = 32;
-inline constexpr int kMostListed = 64;  // a longer one that cannot be cut is no list
-inline constexpr int kDeepest = 18, kMostStuck = 3;
+inline constexpr int kMaxListLength = 64;  // a longer list that cannot be split is not used
+inline constexpr int kMaxDepth = 18, kMaxFailedSplits = 3;
 
-/// A mesh in its own frame, relative to the centre of its box (m), and its cells.
-struct NearMesh {
+/// View of the octree of a mesh, in the mesh's frame relative to the centre of its box (m).
+struct OctreeView {
   Vec4<double>* corners;
   const int (*triangles)[3];
-  const GridCell* grid;  // the cells of depth `start`, in rows of z, y, x
+  const GridCell* grid;  // the cells of depth `start`, in z, y, x order
   int start;
-  int leaf;  // triangles: a list that is no longer is not cut further
+  int leaf;  // triangles: lists up to this length are not split
   const OctreeNode* cells;
   const int* lists;
-  double half;      // m, of the root's side
-  double per_cell;  // deepest cells a metre
+  double half;      // m, half of the root's side
+  double per_cell;  // deepest cells per metre
   double side;      // m, of the grid's cells
 };
 
-KERNEL bool is_leaf(const NearMesh& mesh, const OctreeNode& cell) {
-  return cell.count <= mesh.leaf || cell.failed_splits >= kMostStuck || cell.depth >= kDeepest;
+KERNEL bool is_leaf(const OctreeView& mesh, const OctreeNode& cell) {
+  return cell.count <= mesh.leaf || cell.failed_splits >= kMaxFailedSplits || cell.depth >= kMaxDepth;
 }
 
-/// A number that another thread may be writing.
+/// Reads a number that another thread may be writing.
 KERNEL int published(const int& number) {
 #if defined(__CUDA_ARCH__)
   return number;
@@ -57,77 +58,77 @@ KERNEL int published(const int& number) {
 #endif
 }
 
-/// Whose bits say, level by level, in which part of its cell a point lies.
+/// Octree key of a point: its bits say, level by level, in which child the point lies.
 struct OctreeKey {
   int x, y, z;
-  bool inside;  // the root
-  KERNEL int part(int depth) const {
-    const int bit = kDeepest - 1 - depth;
+  bool inside;  // whether the point lies in the root
+  KERNEL int child_index(int depth) const {
+    const int bit = kMaxDepth - 1 - depth;
     return (x >> bit & 1) | (y >> bit & 1) << 1 | (z >> bit & 1) << 2;
   }
 };
 
-KERNEL OctreeKey path_to(const NearMesh& mesh, const Vector3<double>& p) {
+KERNEL OctreeKey octree_key(const OctreeView& mesh, const Vector3<double>& p) {
   const double h = mesh.half;
   if (!(p.x > -h && p.x < h && p.y > -h && p.y < h && p.z > -h && p.z < h)) return {0, 0, 0, false};
-  const int last = (1 << kDeepest) - 1;
-  const auto place = [&](double x) KERNEL_LAMBDA {
+  const int last = (1 << kMaxDepth) - 1;
+  const auto coordinate = [&](double x) KERNEL_LAMBDA {
     const int i = int((x + h) * mesh.per_cell);
     return i < last ? i : last;
   };
-  return {place(p.x), place(p.y), place(p.z), true};
+  return {coordinate(p.x), coordinate(p.y), coordinate(p.z), true};
 }
 
-KERNEL int place_in_grid(const NearMesh& mesh, const OctreeKey& path) {
-  const int bits = kDeepest - mesh.start;
-  return ((path.z >> bits) << mesh.start | path.y >> bits) << mesh.start | path.x >> bits;
+KERNEL int grid_index(const OctreeView& mesh, const OctreeKey& key) {
+  const int bits = kMaxDepth - mesh.start;
+  return ((key.z >> bits) << mesh.start | key.y >> bits) << mesh.start | key.x >> bits;
 }
 
-KERNEL Vector3<double> centre_in_grid(const NearMesh& mesh, const OctreeKey& path) {
-  const int bits = kDeepest - mesh.start;
+KERNEL Vector3<double> grid_cell_centre(const OctreeView& mesh, const OctreeKey& key) {
+  const int bits = kMaxDepth - mesh.start;
   const auto middle = [&](int i) KERNEL_LAMBDA { return ((i >> bits) + 0.5) * mesh.side - mesh.half; };
-  return {middle(path.x), middle(path.y), middle(path.z)};
+  return {middle(key.x), middle(key.y), middle(key.z)};
 }
 
-/// How far p is from the mesh at least (m), by the distance of its cell's centre: below 0 where that is not known.
-KERNEL double least_distance(const NearMesh& mesh, const OctreeKey& path, const Vector3<double>& p) {
-  float known;
+/// Lower bound of the distance of p from the mesh (m), by the distance of its grid cell's centre; below 0: not known.
+KERNEL double distance_lower_bound(const OctreeView& mesh, const OctreeKey& key, const Vector3<double>& p) {
+  float bound;
 #if defined(__CUDA_ARCH__)
-  known = mesh.grid[place_in_grid(mesh, path)].distance;
+  bound = mesh.grid[grid_index(mesh, key)].distance;
 #else
-  __atomic_load(&mesh.grid[place_in_grid(mesh, path)].distance, &known, __ATOMIC_RELAXED);
+  __atomic_load(&mesh.grid[grid_index(mesh, key)].distance, &bound, __ATOMIC_RELAXED);
 #endif
-  const Vector3<double> d = p - centre_in_grid(mesh, path);
-  return known > 0 ? double(known) - sqrt(dot(d, d)) : -1;
+  const Vector3<double> d = p - grid_cell_centre(mesh, key);
+  return bound > 0 ? double(bound) - sqrt(dot(d, d)) : -1;
 }
 
-/// The last cell at a point; none, or not made yet: 0.
-KERNEL int find_leaf(const NearMesh& mesh, const OctreeKey& path) {
-  int at = published(mesh.grid[place_in_grid(mesh, path)].cell);
+/// The leaf that contains a point; 0: none, or not made yet.
+KERNEL int find_leaf(const OctreeView& mesh, const OctreeKey& key) {
+  int at = published(mesh.grid[grid_index(mesh, key)].cell);
   while (at > 0 && !is_leaf(mesh, mesh.cells[at]))
-    at = published(mesh.cells[at].child[path.part(mesh.cells[at].depth)]);
+    at = published(mesh.cells[at].child[key.child_index(mesh.cells[at].depth)]);
   return at > 0 ? at : 0;
 }
 
-KERNEL bool holds(const OctreeNode& cell, const OctreeKey& path) {
-  const int bits = kDeepest - cell.depth;
-  return path.x >> bits == cell.x && path.y >> bits == cell.y && path.z >> bits == cell.z;
+KERNEL bool contains(const OctreeNode& cell, const OctreeKey& key) {
+  const int bits = kMaxDepth - cell.depth;
+  return key.x >> bits == cell.x && key.y >> bits == cell.y && key.z >> bits == cell.z;
 }
 
-/// How far a point is from the walls of a cell that holds it (m).
-KERNEL double distance_to_cell_boundary(const NearMesh& mesh, const OctreeNode& cell, const Vector3<double>& p) {
+/// Distance of a point from the boundary of a cell that contains it, m.
+KERNEL double distance_to_cell_boundary(const OctreeView& mesh, const OctreeNode& cell, const Vector3<double>& p) {
   const double side = 2 * mesh.half / double(1 << cell.depth);
-  const auto from = [&](double x, int place) KERNEL_LAMBDA {
-    const double d = x + mesh.half - place * side, other = side - d;
+  const auto from = [&](double x, int cell_coordinate) KERNEL_LAMBDA {
+    const double d = x + mesh.half - cell_coordinate * side, other = side - d;
     return d < other ? d : other;
   };
   const double x = from(p.x, cell.x), y = from(p.y, cell.y), z = from(p.z, cell.z), xy = x < y ? x : y;
   return xy < z ? xy : z;
 }
 
-/// The nearest points of the listed triangles to p, the last one again where a pack has more lanes.
+/// The closest points to p on `count` listed triangles; further lanes of a pack repeat the last one.
 template <class S>
-KERNEL NearestPoint<S> nearest_of_listed(const NearMesh& mesh, const Vector3<S>& p, const int* list, int count) {
+KERNEL NearestPoint<S> closest_points_on(const OctreeView& mesh, const Vector3<S>& p, const int* list, int count) {
   constexpr int lanes = int(sizeof(S) / sizeof(double));
   int a[lanes], b[lanes], c[lanes];
   for (int l = 0; l < lanes; ++l) {
@@ -141,16 +142,16 @@ KERNEL NearestPoint<S> nearest_of_listed(const NearMesh& mesh, const Vector3<S>&
   return nearest_point(p, at_a, at_b, at_c);
 }
 
-struct NearTriangle {
-  int triangle = -1;  // none: no list answers
+struct ClosestTriangle {
+  int triangle = -1;  // -1: no list answers
   double distance = 0;
   OnTriangle where{};
 };
 
-/// Of triangles begin .. end - 1 with these nearest points, squared distances and features the nearest; of several that
-/// are equally near the lowest. `least`: of the squared distances.
-KERNEL NearTriangle nearest_of(const int* triangle, const double* d2, const double* x, const double* y, const double* z,
-                               const double* feature, int begin, int end, double least) {
+/// The closest of triangles begin .. end - 1 with these closest points, squared distances and features; of equally near
+/// ones the lowest. `least`: the smallest squared distance.
+KERNEL ClosestTriangle closest_of(const int* triangle, const double* d2, const double* x, const double* y,
+                                  const double* z, const double* feature, int begin, int end, double least) {
   const double distance = sqrt(least);
   for (int k = begin; k < end; ++k)  // squares may differ where their roots do not
     if (d2[k] <= least * (1 + 1e-15) && sqrt(d2[k]) == distance)
@@ -158,24 +159,24 @@ KERNEL NearTriangle nearest_of(const int* triangle, const double* d2, const doub
   return {};
 }
 
-/// The nearest triangle to p by the list of a last cell that holds it; of several that are equally near the lowest.
+/// The closest triangle to p by the list of a leaf that contains it; of equally near ones the lowest.
 template <class Isa>
-KERNEL NearTriangle nearest_listed(const NearMesh& mesh, const OctreeNode& cell, const Vector3<double>& p) {
+KERNEL ClosestTriangle closest_in_list(const OctreeView& mesh, const OctreeNode& cell, const Vector3<double>& p) {
   using S = Lane<double, Isa>;
   constexpr int lanes = kLanes<double, Isa>;
   const int* const list = mesh.lists + cell.first;
-  double d2[kMostListed + lanes], x[kMostListed + lanes], y[kMostListed + lanes], z[kMostListed + lanes],
-      feature[kMostListed + lanes];
+  double d2[kMaxListLength + lanes], x[kMaxListLength + lanes], y[kMaxListLength + lanes], z[kMaxListLength + lanes],
+      feature[kMaxListLength + lanes];
   const Vector3<S> at{S(p.x), S(p.y), S(p.z)};
   for (int k = 0; k < cell.count; k += lanes) {
-    const NearestPoint<S> near = nearest_of_listed(mesh, at, list + k, cell.count - k);
+    const NearestPoint<S> near = closest_points_on(mesh, at, list + k, cell.count - k);
     const Vector3<S> d = at - near.q;
     store(dot(d, d), d2 + k), store(near.q.x, x + k), store(near.q.y, y + k), store(near.q.z, z + k);
     store(near.feature, feature + k);
   }
   double least = INFINITY;
   for (int k = 0; k < cell.count; ++k) least = d2[k] < least ? d2[k] : least;
-  return nearest_of(list, d2, x, y, z, feature, 0, cell.count, least);
+  return closest_of(list, d2, x, y, z, feature, 0, cell.count, least);
 }
 
 }  // namespace malha

@@ -31,16 +31,16 @@ struct Drag {
   }
 };
 
-/// Particles are where they went, and have gone nowhere since.
+/// x += d, d = 0: the displacements of the substep become positions.
 template <class R>
-struct ArriveAll {
+struct CommitPositions {
   Displaced<R> p;
   KERNEL void operator()(int i) const { p.arrive(i), p.stay(i); }
 };
 
-/// A place near each body: that of its first particle.
+/// Stores an origin near each body: the position of its first particle.
 template <class R>
-struct TakeOrigins {
+struct StoreOrigins {
   Points<R> x;
   const int* first;
   Points<R> origins;

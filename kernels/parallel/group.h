@@ -126,8 +126,8 @@ inline constexpr int kThreads<Kernel> = Kernel::kMostThreads;
 
 /// Whether a kernel asks what only the host can answer (Embree): a device's executor leaves it to the host.
 template <class Kernel>
-inline constexpr bool kAsksTheHost = requires {
-  typename Kernel::AsksTheHost;
+inline constexpr bool kRunsOnHost = requires {
+  typename Kernel::RunsOnHost;
 };
 
 /// The number of the lowest bit that is set.

@@ -286,7 +286,7 @@ struct MarkDeferredPatches {
         const int last =
             end < (i / kGroupSize + 1) * kGroupSize ? end - 1 : i / kGroupSize * kGroupSize + kGroupSize - 1;
         const unsigned long long own = ~0ull >> (kGroupSize - 1 - (last - i)) << i % kGroupSize;
-        any = questions.asked(i / kGroupSize) & own;
+        any = questions.any(i / kGroupSize) & own;
       }
     }
     waits[k] = any;

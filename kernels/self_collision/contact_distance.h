@@ -1,20 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is nearer than the thickness at the start, or where pins let go or particles are put, is not pushed out to it:
-// that would give it speed, and the more the shorter the substep. It stays as near as it is until it opens by itself.
-// Every particle has a contact distance (m), which bounds that of its pairs: at first 0, it grows to the distance of
-// the nearest of them that lacks some of the thickness, and to the thickness where there is none. What is pressed
-// together later does not change it, and is pushed back.
+// Contact distances of particles. Pairs that are nearer than the thickness at the start, or when pins are released or
+// positions are set, are not pushed out to it: that would give them velocity, the more the shorter the substep. They
+// keep their distance until they separate by themselves. Every particle has a contact distance (m), an upper bound of
+// the minimum distance of its pairs. It is 0 at first, grows to the distance of the nearest pair below the thickness,
+// and to the thickness if there is none. Pairs that are compressed later do not change it and are pushed back.
 #pragma once
 #include "kernels/self_collision/narrow_phase.h"
 #include "kernels/self_collision/swept_distance.h"
 
 namespace malha {
 
-/// The share of what a contact lacks that it makes up for in a substep of h seconds: a tenth, but all of it in no less
-/// than 16 ms, since short substeps would shoot apart what is pressed together.
+/// The share of a contact's missing distance that is recovered in a substep of h seconds: at most a tenth, and less in
+/// substeps below 1.6 ms, so that full recovery takes at least 16 ms: otherwise short substeps would eject compressed
+/// bodies.
 KERNEL double recovery_share(double h) { return min(0.1, h / 0.016); }
 
-/// Everything stays as near as it is now, but where bodies cross.
+/// Resets the contact distances, except where bodies intersect: pairs keep the distance that they have now.
 template <class R>
 struct ResetContactDistances {
   Vec4<R>* x0;
@@ -24,13 +25,13 @@ struct ResetContactDistances {
   }
 };
 
-/// Where bodies cross, pairs take no part: a contact distance above the thickness marks their particles. Once they have
-/// parted they are as near as they are then.
+/// Marks particles where bodies intersect by a contact distance above the thickness: their pairs are left out. Once the
+/// bodies have separated, the contact distance is reset.
 template <class R>
 struct MarkCrossingBodies {
   Vec4<R>* x0;
   R thickness;
-  const CrossingBodies* crosses;  // null: nothing does any more
+  const CrossingBodies* crosses;  // null: no bodies intersect any more
   KERNEL void operator()(int i) const {
     if (crosses != nullptr && crosses[i] != 0)
       x0[i].w = R(2) * thickness;
@@ -39,7 +40,7 @@ struct MarkCrossingBodies {
   }
 };
 
-/// How near the nearest of each particle's pairs is, of those that lack some of what is wanted. Groups: patches of one
+/// Finds the smallest distance of each particle's pairs that are below their minimum distance. Groups: patches of one
 /// phase.
 template <class R>
 struct FindNearestPairs {
@@ -66,7 +67,7 @@ struct FindNearestPairs {
   }
 };
 
-/// Returns how many have less than the thickness still.
+/// Grows the contact distances. Returns how many are still below the thickness.
 template <class R>
 struct GrowContactDistances {
   Vec4<R>* x0;

@@ -1,101 +1,101 @@
 // SPDX-License-Identifier: Apache-2.0
-// The pairs of a unit as they get their places in its blocks, and the particles that it lists on the way.
+// Packing of a cluster's pairs into contact blocks, and the list of their particles that is built on the way.
 #pragma once
 #include "kernels/self_collision/contact_block.h"
 #include "kernels/self_collision/swept_distance.h"
 
 namespace malha {
 
-/// What a core needs while it finds the pairs of a unit: of each particle its place in a list of those that have a
-/// pair, below 0 before and after, that list, and in which open blocks each of them is.
+/// Index map of a core while it packs the pairs of a cluster: for each particle its index in the list of particles with
+/// a pair (below 0 before and after), that list, and the open blocks that contain each listed particle.
 struct DirectIndexMap {
   int particles;
 
-  struct Places {
-    int *place, *list;
-    OpenBlocks* taken;
-    /// Below 0: there is no room.
+  struct Map {
+    int *index, *list;
+    OpenBlocks* open_blocks;
+    /// Index of a particle in the list; adds it if need be. Below 0: the list is full.
     KERNEL int of(int particle, int& listed) const {
-      if (place[particle] < 0) place[particle] = listed, list[listed] = particle, taken[listed++] = {};
-      return place[particle];
+      if (index[particle] < 0) index[particle] = listed, list[listed] = particle, open_blocks[listed++] = {};
+      return index[particle];
     }
-    KERNEL void finish(int listed, const PairPatch& patch, int* touched) const {
+    KERNEL void finish(int listed, const PairPatch& patch, int* patch_particles) const {
       for (int k = 0; k < listed; ++k) {
-        place[list[k]] = -1;
-        if (listed <= patch.room) touched[patch.touched + k] = list[k];
+        index[list[k]] = -1;
+        if (listed <= patch.particle_capacity) patch_particles[patch.particles_begin + k] = list[k];
       }
     }
   };
-  /// `memory`: of a core.
-  KERNEL Places of(void* memory) const {
-    int *const place = static_cast<int*>(memory), *const list = place + whole(particles);
-    return {place, list, reinterpret_cast<OpenBlocks*>(list + whole(particles))};
+  /// `memory`: scratch memory of a core.
+  KERNEL Map of(void* memory) const {
+    int *const index = static_cast<int*>(memory), *const list = index + rounded_up(particles);
+    return {index, list, reinterpret_cast<OpenBlocks*>(list + rounded_up(particles))};
   }
-  static size_t bytes(int particles) { return whole(particles) * (2 * sizeof(int) + sizeof(OpenBlocks)); }
+  static size_t bytes(int particles) { return rounded_up(particles) * (2 * sizeof(int) + sizeof(OpenBlocks)); }
 
  private:
-  KERNEL static size_t whole(int particles) { return (size_t(particles) + 1 + 15) / 16 * 16; }
+  KERNEL static size_t rounded_up(int particles) { return (size_t(particles) + 1 + 15) / 16 * 16; }
 };
 
-/// The same for a device, where all units are searched at once: each has a table of what it lists, which is hashed, as
-/// far as its list has room.
+/// Index map for a device, where all clusters are processed at once: each has a hash table of the particles that it
+/// lists, sized by the capacity of its list.
 struct HashIndexMap {
-  static constexpr int kEntries = 4;  // a particle that there is room for: at most half of the table is full
-  int* table;                         // 0, or a place and 1
-  OpenBlocks* taken;                  // of each of them
+  static constexpr int kEntries = 4;  // per particle of the capacity: at most half of the table is full
+  int* table;                         // 0: empty; otherwise the index plus 1
+  OpenBlocks* open_blocks;            // of each listed particle
 
-  struct Places {
-    int *table, *list;  // the table is full of zeros at the start
-    OpenBlocks* taken;
-    int mask, room;
+  struct Map {
+    int *table, *list;  // the table is zero at the start
+    OpenBlocks* open_blocks;
+    int mask, capacity;
     KERNEL int of(int particle, int& listed) const {
       for (unsigned at = unsigned(particle) * 2654435761u >> 7;; ++at) {
         int& entry = table[at & unsigned(mask)];
         if (entry > 0 && list[entry - 1] == particle) return entry - 1;
         if (entry > 0) continue;
-        if (listed == room) return -1;
-        list[listed] = particle, taken[listed] = {};
+        if (listed == capacity) return -1;
+        list[listed] = particle, open_blocks[listed] = {};
         return (entry = ++listed) - 1;
       }
     }
     KERNEL void finish(int, const PairPatch&, int*) const {}
   };
-  KERNEL Places of(const PairPatch& patch, int* touched) const {
+  KERNEL Map of(const PairPatch& patch, int* patch_particles) const {
     int size = 4;
-    while (2 * size <= kEntries * patch.room) size *= 2;
-    return {table + size_t(kEntries) * patch.touched, touched + patch.touched, taken + patch.touched, size - 1,
-            patch.room};
+    while (2 * size <= kEntries * patch.particle_capacity) size *= 2;
+    return {table + size_t(kEntries) * patch.particles_begin, patch_particles + patch.particles_begin,
+            open_blocks + patch.particles_begin, size - 1, patch.particle_capacity};
   }
 };
 
-/// The pairs of a unit, one after the other.
-template <class R, class Places>
+/// Appends the pairs of a cluster to its blocks, one after the other.
+template <class R, class Map>
 struct ContactBlockBuilder {
   Pairs<R> pairs;
   PairPatch patch;
-  Places places;
+  Map index_map;
   PairPacker packer;
-  int listed, before;  // particles; blocks of the sections before
-  bool full;           // whether there was no room for a particle
+  int listed, before;  // particles; blocks of earlier sections
+  bool full;           // whether the list of particles overflowed
 
-  KERNEL void start(const Pairs<R>& all, int unit, const Places& own) {
-    pairs = all, patch = all.patches[unit], places = own;
-    packer.taken = own.taken, packer.first = packer.open = 0, packer.full = {};
+  KERNEL void start(const Pairs<R>& all, int cluster, const Map& map) {
+    pairs = all, patch = all.patches[cluster], index_map = map;
+    packer.open_blocks = map.open_blocks, packer.first = packer.open = 0, packer.full = {};
     listed = before = 0, full = false;
     patch.pairs = patch.candidates = 0;
     for (int& blocks : patch.blocks) blocks = 0;
   }
 
-  /// Four particles, kIndexScale times each.
+  /// Adds a pair of four particles, kIndexScale times each.
   KERNEL void add(const int (&scaled)[4], R min_distance) {
     int local[4];
     for (int j = 0; j < 4; ++j) {
-      local[j] = places.of(scaled[j] / kIndexScale<R>, listed);
+      local[j] = index_map.of(scaled[j] / kIndexScale<R>, listed);
       full = full || local[j] < 0;
     }
     if (full) return;
-    int slot = packer.place(local);
-    if (slot < 0) close(), slot = packer.place(local);
+    int slot = packer.find_slot(local);
+    if (slot < 0) close(), slot = packer.find_slot(local);
     ++patch.pairs;
     if (slot / kPairBlock >= patch.capacity) return;
     ContactBlock<R>& block = pairs.blocks[patch.begin + slot / kPairBlock];
@@ -109,10 +109,10 @@ struct ContactBlockBuilder {
   }
 
   /// Requests twice the capacity if the list overflowed.
-  KERNEL void finish(int unit) {
-    places.finish(listed, patch, pairs.touched);
-    patch.touches = full ? 2 * listed : listed;
-    pairs.patches[unit] = patch;
+  KERNEL void finish(int cluster) {
+    index_map.finish(listed, patch, pairs.patch_particles);
+    patch.particle_count = full ? 2 * listed : listed;
+    pairs.patches[cluster] = patch;
   }
 
  private:

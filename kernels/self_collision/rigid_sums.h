@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What particles have of momenta and energy before and after they are held back, and a rigid motion that is added to
-// their velocities.
+// Momenta and energy of particles before and after truncation, and the rigid motion that is added to their velocities
+// to restore the momenta.
 #pragma once
 #include "kernels/forces/angular_velocity.h"
 #include "kernels/measure/motion_energy.h"
@@ -8,8 +8,8 @@
 
 namespace malha {
 
-/// Masses, and times them places, velocities, angular momenta and squared speeds, about one place (kg, kg m, kg m/s, kg
-/// m^2/s, twice J).
+/// Sums over particles, about one point: mass (kg), mass times position (kg m), momentum (kg m/s), angular momentum
+/// (kg m^2/s), and twice the kinetic energy (J).
 struct MotionSums {
   double mass = 0, x[3] = {}, v[3] = {}, L[3] = {}, square = 0;
   KERNEL void add(double m, const Vector3<double>& r, const Vector3<double>& u) {
@@ -26,22 +26,23 @@ struct MotionSums {
   }
 };
 
-/// Of the same particles, and their inertia after it about that place (kg m^2: xx, yy, zz, xy, xz, yz).
-struct HeldSums {
+/// Sums of the same particles before and after truncation, and their inertia after it about the same point (kg m^2: xx,
+/// yy, zz, xy, xz, yz).
+struct TruncationSums {
   MotionSums before, after;
   double I[6] = {};
-  int changed = 0;  // whether any of them was
-  double pins = 0;  // the farthest that any of those that are pinned went, m
-  KERNEL HeldSums& operator+=(const HeldSums& o) {
+  int changed = 0;  // whether any of them was truncated
+  double pins = 0;  // the largest displacement of a pinned particle, m
+  KERNEL TruncationSums& operator+=(const TruncationSums& o) {
     before += o.before, after += o.after, changed |= o.changed, pins = max(pins, o.pins);
     for (int k = 0; k < 6; ++k) I[k] += o.I[k];
     return *this;
   }
 };
 
-/// p - x0 before any is held, m, and how fast it was predicted, m/s.
+/// Saves p - x0 before truncation (m), and the predicted speed (m/s).
 template <class R>
-struct NoteMotion {
+struct SaveMotion {
   Points<R> v;
   Trajectories<R> motions;
   Vec4<R>* before;
@@ -51,9 +52,9 @@ struct NoteMotion {
   }
 };
 
-/// In place of that motion, once all are held, what this has changed of it.
+/// Replaces the saved displacements by what truncation has changed of them.
 template <class R>
-struct NoteChange {
+struct ComputeTruncationChange {
   Displaced<R> p;
   ScatteredPoints<R> x0;
   Vector3<R> origin;  // m, of x0
@@ -61,24 +62,24 @@ struct NoteChange {
   KERNEL void operator()(int i) const { before[i].set(p.from(i, x0[i], origin) - before[i].xyz()); }
 };
 
-/// Of each run of particles, from their state at the end of the substep.
+/// Sums of each run of particles, from their state at the end of the substep.
 template <class R>
-struct SumHeld {
+struct SumTruncation {
   Particles<R> particles;
   ScatteredPoints<R> x0;
   Vector3<R> origin;      // m, of x0
-  const Vec4<R>* before;  // see NoteChange
+  const Vec4<R>* before;  // see ComputeTruncationChange
   double per_dt;          // 1/s
   const ParticleRun* runs;
-  HeldSums* sums;
+  TruncationSums* sums;
   KERNEL void operator()(int r) const {
-    HeldSums sum;
+    TruncationSums sum;
     for (int i = runs[r].first; i < runs[r].first + runs[r].count; ++i) add(i, sum);
     sums[r] = sum;
   }
 
  private:
-  KERNEL void add(int i, HeldSums& sum) const {
+  KERNEL void add(int i, TruncationSums& sum) const {
     const R w = particles.w[i];
     const Vector3<R> change = before[i].xyz();
     const Vector3<double> v = in_double(particles.v[i]), first = in_double(x0[0]), start = in_double(x0[i]),
@@ -94,9 +95,10 @@ struct SumHeld {
   }
 };
 
-/// v = kept v + velocity + omega x (x - centre), the centre about the same place, of the runs that are `chosen`.
+/// Sets v = kept v + velocity + omega x (x - centre) in the runs that are `chosen`; the centre is relative to the point
+/// of the sums.
 template <class R>
-struct AddRigidGain {
+struct AddRigidCorrection {
   Particles<R> particles;
   ScatteredPoints<R> x0;
   Vector3<R> origin;  // m, of x0
@@ -115,39 +117,39 @@ struct AddRigidGain {
   }
 };
 
-/// None of the runs that are `chosen` is faster than `most`, unless it was before.
+/// Limits the speed of the particles in `chosen` runs to max_speed, or to the predicted speed where that was higher.
 template <class R>
 struct LimitSpeed {
   Particles<R> particles;
-  const Vec4<R>* before;  // see NoteChange
+  const Vec4<R>* before;  // see ComputeTruncationChange
   const ParticleRun* runs;
   const int* chosen;
-  double most;  // m/s
+  double max_speed;  // m/s
   KERNEL void operator()(int r) const {
     if (!chosen[r]) return;
     for (int i = runs[r].first; i < runs[r].first + runs[r].count; ++i) {
       const Vector3<double> v = in_double(particles.v[i]);
-      const double speed = norm(v), allowed = max(most, double(before[i].w));
+      const double speed = norm(v), allowed = max(max_speed, double(before[i].w));
       if (particles.w[i] > R(0) && speed > allowed) particles.v.set(i, rounded<R>(v * (allowed / speed)));
     }
   }
 };
 
-/// Of the bodies that are about to be held: their motion, and how far from the origin of x0 they are.
-struct HeldMotion {
+/// Motion of the bodies that are about to be truncated, and their largest distance from the origin of x0.
+struct TruncatedMotion {
   MeanMotion mean;      // weighted by masses
   double farthest = 0;  // m
 };
 
-/// Of each run; nothing of those without a particle that is to be held.
+/// Sums the motion of each run; nothing of runs without a particle that is Truncating.
 template <class R>
-struct SumHeldMotion {
+struct SumTruncatedMotion {
   Trajectories<R> motions;
-  const MotionState* held;
+  const MotionState* states;
   const ParticleRun* runs;
-  HeldMotion* sums;
+  TruncatedMotion* sums;
   KERNEL void operator()(int r) const {
-    HeldMotion sum;
+    TruncatedMotion sum;
     bool any = false;
     for (int i = runs[r].first; i < runs[r].first + runs[r].count; ++i) {
       const Vector3<double> d = in_double(motions.moved[i].xyz()), x = in_double(motions.x0[i].xyz());
@@ -155,9 +157,9 @@ struct SumHeldMotion {
       const double m = 1 / double(motions.moved[i].w);
       sum.mean += {{m * d.x, m * d.y, m * d.z}, m};
       sum.farthest = max(sum.farthest, max(abs(x.x), max(abs(x.y), abs(x.z))));
-      any = any || held[i] == MotionState::Truncating;
+      any = any || states[i] == MotionState::Truncating;
     }
-    sums[r] = any ? sum : HeldMotion{};
+    sums[r] = any ? sum : TruncatedMotion{};
   }
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the host decides by while bodies are kept apart: launches find it, and it is read at once.
+// Results of checks in self-collision that a device computes in several launches and the host reads at once.
 #pragma once
 #include "kernels/self_collision/swept_bounds.h"
 #include "kernels/self_collision/truncate.h"
@@ -9,14 +9,14 @@ namespace malha {
 template <class R>
 struct SelfChecks {
   MeanMotion mean;
-  Vector3<R> common;  // as a motion in R, m
+  Vector3<R> common;  // the mean, rounded to R, m
   BoundsViolations stay;
-  ViolationCount left;
+  ViolationCount violations;
 };
 
-/// One item.
+/// Rounds the mean motion; one item.
 template <class R>
-struct FindCommon {
+struct StoreCommonMotion {
   SelfChecks<R>* checks;
   KERNEL void operator()(int) const { checks->common = rounded<R>(checks->mean.value()); }
 };

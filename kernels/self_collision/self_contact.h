@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Contact of a particle and a triangle, or of two edges, that come near: as pairs of deformable bodies look at it
-// (kernels/self_collision/narrow_phase.h), and as bodies have it with edges of the environment
-// (kernels/environment/edge_contact.h). Every contact is an inequality over four particles, C(p) = distance along n -
-// wanted >= 0, with n and weights from where they were (x0, where nothing crosses), or, for what slides far, from where
-// they go.
+// Contact of a particle and a triangle, or of two edges: shared by self-collision
+// (kernels/self_collision/narrow_phase.h) and by contacts with edges of the environment
+// (kernels/environment/edge_contact.h). A contact is an inequality over four particles, C(p) = distance along n -
+// min_distance >= 0, with n and weights at x0, where nothing intersects, or, for pairs that slide far, at the end of
+// the motion.
 #pragma once
 #include "kernels/geometry/closest_point.h"
 #include "kernels/geometry/simplex.h"
@@ -13,21 +13,21 @@ namespace malha {
 
 template <class R>
 struct SelfContact {
-  int i[4];      // one side, then the other
-  R weight[4];   // positive on the one side, negative on the other: at the closest points, their sum is 0
-  Vector3<R> n;  // from the other side to the one
-  R bias;        // wanted distance less that at x0, m
-  R gap;         // between planes of normal n that hold the sides apart at x0, m
+  int i[4];      // the first side, then the second
+  R weight[4];   // at the closest points: positive on the first side, negative on the second; their sum is 0
+  Vector3<R> n;  // from the second side to the first
+  R bias;        // minimum distance minus that at x0, m
+  R gap;         // between the planes of normal n that separate the sides at x0, m
   R lambda;      // accumulated push, kg m
-  Vector3<R> friction_impulse;  // accumulated friction against the sliding, kg m, at most mu lambda
-  int first;                    // particles of the one side: 1 or 2
+  Vector3<R> friction_impulse;  // accumulated friction, kg m, at most mu lambda
+  int first;                    // particles of the first side: 1 or 2
 };
 
-/// Where the sides of a contact lie along its normal: the lowest of the one, the highest of the other.
+/// Extent of the sides of a contact along its normal: the lowest point of the first, the highest of the second.
 template <class S>
 struct ContactSides {
   S low = S(INFINITY), high = -S(INFINITY);
-  /// `at`: of particle j, of which the first `first` are the one side.
+  /// Adds particle j at coordinate `at` along the normal; the first `first` particles are the first side.
   KERNEL void add(int j, int first, S at) {
     if (j < first)
       low = min(low, at);
@@ -36,14 +36,14 @@ struct ContactSides {
   }
 };
 
-/// Which a gap must keep.
+/// The gap that a pair with this gap must keep.
 template <class S>
-KERNEL S kept_of(const S& gap, typename RealOf<S>::type least) {
+KERNEL S required_gap(const S& gap, typename RealOf<S>::type least) {
   using R = typename RealOf<S>::type;
   return min(gap, max(gap * S(R(0.1)), S(least)));
 }
 
-/// Motions, each with its weight.
+/// Weighted mean of motions.
 struct MeanMotion {
   double sum[3] = {}, weight = 0;
   KERNEL MeanMotion& operator+=(const MeanMotion& o) {
@@ -51,14 +51,14 @@ struct MeanMotion {
     weight += o.weight;
     return *this;
   }
-  /// 0 of nothing.
+  /// The mean; 0 without any motion.
   KERNEL Vector3<double> value() const {
     const double per = weight > 0 ? 1 / weight : 0;
     return {sum[0] * per, sum[1] * per, sum[2] * per};
   }
 };
 
-/// Sum and number of the motions that are finite.
+/// Sums the finite motions of particles that take part.
 template <class R>
 struct SumMotion {
   ScatteredPoints<R> moved;
@@ -70,30 +70,33 @@ struct SumMotion {
   }
 };
 
-/// d = motion; none where it is not finite (such a particle ends the run). Counts the particles whose reach may leave
-/// the box that the candidates were found with.
+/// Sets d to the motion, or to 0 where it is not finite (such a particle ends the run). Counts the particles whose
+/// swept bounds may leave the boxes that the candidates were found with.
 template <class R>
-struct OwnMotion {
-  ScatteredPoints<R> moved, x0, d, x_then, d_then;  // the last two: of the search
-  R slack;                                          // by which those boxes were wider, m
+struct CheckCandidateBounds {
+  ScatteredPoints<R> moved, x0, d, x_then, d_then;  // the last two: at the search
+  R slack;                                          // margin of those boxes, m
   KERNEL Sum operator()(int i) const {
-    Vector3<R> own = moved[i];
-    own = or_zero((own.x + own.y + own.z) * R(0) == R(0), own);
-    d.set(i, own);
+    Vector3<R> motion = moved[i];
+    motion = or_zero((motion.x + motion.y + motion.z) * R(0) == R(0), motion);
+    d.set(i, motion);
     const Vector3<R> from = x0[i] - x_then[i], then = d_then[i];
-    return {fits(from.x, own.x, then.x) && fits(from.y, own.y, then.y) && fits(from.z, own.z, then.z) ? 0.0 : 1.0};
+    return {is_inside(from.x, motion.x, then.x) && is_inside(from.y, motion.y, then.y) &&
+                    is_inside(from.z, motion.z, then.z)
+                ? 0.0
+                : 1.0};
   }
 
  private:
-  KERNEL bool fits(R from, R own, R then) const {
-    const R low = from + min(own, R(0)), high = from + max(own, R(0));
+  KERNEL bool is_inside(R from, R motion, R then) const {
+    const R low = from + min(motion, R(0)), high = from + max(motion, R(0));
     return low >= min(then, R(0)) - slack && high <= max(then, R(0)) + slack;
   }
 };
 
-/// What a search for candidates that shall serve some substeps starts from.
+/// Starts a search for candidates that serves several substeps.
 template <class R>
-struct StartSearch {
+struct InitCandidateSearch {
   ScatteredPoints<R> x0, d, x_then, d_then;
   R ahead;  // substeps
   KERNEL void operator()(int i) const {
@@ -102,20 +105,21 @@ struct StartSearch {
   }
 };
 
-/// What decides how contacts are made.
+/// Parameters of contacts from candidates.
 template <class R>
-struct ContactRules {
+struct CandidateContactParams {
   R thickness;  // m
-  R recovery;   // of a distance below the wanted one, this share is made up for in a substep
+  R recovery;   // share of the missing distance that is recovered in a substep
 };
 
-/// Looks at a candidate: whether it is a contact, and which. In double: where a pair lies a thousandth of its size
-/// apart, a normal from float's differences leans enough that planes along it let the pair creep through itself.
+/// Narrow phase of one candidate: whether it is a contact, and its geometry. In double: if a pair is apart by a
+/// thousandth of its size, a normal from differences in float is so oblique that the pair could creep through its
+/// planes.
 template <class R>
 struct EvaluateCandidate {
   const Candidate* candidates;
   Reaches<R> reaches;
-  ContactRules<R> rules;
+  CandidateContactParams<R> rules;
 
   /// Weights at the closest points of the four x.
   KERNEL static void weigh(int first, const Vector3<double>* x, double* weight) {
@@ -128,7 +132,8 @@ struct EvaluateCandidate {
     }
   }
 
-  /// From the other side's closest point to the one's. Weighted differences: nothing cancels far from the origin.
+  /// Vector from the second side's closest point to the first's. Weighted differences do not cancel far from the
+  /// origin.
   KERNEL static Vector3<double> between(const Vector3<double>* x, const double* weight) {
     return (x[1] - x[0]) * weight[1] + (x[2] - x[0]) * weight[2] + (x[3] - x[0]) * weight[3];
   }
@@ -139,16 +144,16 @@ struct EvaluateCandidate {
     contact.n = contact.friction_impulse = {R(0), R(0), R(0)}, contact.lambda = R(0);
     Vector3<double> x[4];
     double weight[4];
-    places(reaches.x, contact, x);
+    load_positions(reaches.x, contact, x);
     weigh(contact.first, x, weight);
     const Vector3<double> apart = between(x, weight);
     const double exact = sqrt(dot(apart, apart));
     const R distance = R(exact);
-    if (!(distance > R(0))) return false;  // they touch: neither side is known
+    if (!(distance > R(0))) return false;  // they touch: the direction is undefined
     for (int j = 0; j < 4; ++j) contact.weight[j] = R(weight[j]);
     contact.n = {R(apart.x / exact), R(apart.y / exact), R(apart.z / exact)};
 
-    // None leaves its reach, so that the sides come no nearer than this.
+    // No particle leaves its swept bounds, so that the sides come no nearer than this.
     R nearing = R(0), receding = R(0);
     const Vector3<R> n = contact.n;
     for (int j = 0; j < 4; ++j) {
@@ -158,9 +163,9 @@ struct EvaluateCandidate {
       else
         receding = max(receding, positive(n.x * d.x) + positive(n.y * d.y) + positive(n.z * d.z));
     }
-    const R aside = reaches.margin *
-                    (positive(n.x) + positive(-n.x) + positive(n.y) + positive(-n.y) + positive(n.z) + positive(-n.z));
-    if (distance - nearing - receding > max(rules.thickness, R(2) * aside)) return false;
+    const R margin = reaches.margin *
+                     (positive(n.x) + positive(-n.x) + positive(n.y) + positive(-n.y) + positive(n.z) + positive(-n.z));
+    if (distance - nearing - receding > max(rules.thickness, R(2) * margin)) return false;
 
     contact.gap = gap_along(contact, x);
     R min_distance = rules.thickness;
@@ -172,23 +177,23 @@ struct EvaluateCandidate {
     return true;
   }
 
-  /// Whether their particles can reach each other.
-  KERNEL bool may_meet(const Candidate& c) const {
+  /// Returns true if the swept boxes of the sides overlap.
+  KERNEL bool boxes_overlap(const Candidate& c) const {
     const Box<R>* const of = reaches.boxes;
     const Box<R> first = of[c.particle(0)], second = of[c.i[1]], others = merge(of[c.i[2]], of[c.i[3]]);
     return c.are_edges() ? overlap(merge(first, second), others) : overlap(first, merge(others, second));
   }
 
  private:
-  /// Between planes along n that hold the sides apart.
+  /// The gap between the planes of normal n that separate the sides.
   KERNEL static R gap_along(const SelfContact<R>& contact, const Vector3<double>* x) {
     ContactSides<double> sides;
     for (int j = 0; j < 4; ++j) sides.add(j, contact.first, dot(in_double(contact.n), x[j] - x[0]));
     return R(sides.low - sides.high);
   }
 
-  /// Whether its plane would stop what slides past a rim or a corner, from where n is oblique: over a slide t the
-  /// distance grows by t^2 / (2 distance) beyond that along n.
+  /// Returns true if the plane would stop a particle that slides past a boundary or a corner, where n is oblique: over
+  /// a slide t the distance grows by t^2 / (2 distance) beyond that along n.
   KERNEL bool slides_past(const SelfContact<R>& contact, R distance, R min_distance) const {
     const R* const weight = contact.weight;
     if (weight[0] != R(0) && weight[1] != R(0) && weight[2] != R(0) && weight[3] != R(0)) return false;
@@ -196,24 +201,24 @@ struct EvaluateCandidate {
     for (int j = 0; j < 4; ++j) motion = motion + reaches.d[contact.i[j]] * weight[j];
     const R along = dot(contact.n, motion), violation = min_distance - distance - along;
     const Vector3<R> slide = motion - contact.n * along;
-    // By a tenth of the violation, and of so long a way that what trembles at rest is not meant.
+    // The growth is at least a tenth of the violation, and the slide so long that jitter at rest does not count.
     return violation > R(0) && dot(slide, slide) > R(0.1) * distance * max(violation, R(0.1) * distance);
   }
 
-  /// Turns n to the normal where the motion ends, or half the way there, if along it the sides are `enough` apart at
-  /// the start and at the end. Returns their distance along n at the start.
+  /// Turns n to the normal at the end of the motion, or halfway there, if along it the sides are `enough` apart at the
+  /// start and at the end. Returns their distance along n at the start.
   KERNEL R turn(SelfContact<R>& contact, const Vector3<double>* x, R distance, R enough) const {
     Vector3<double> end[4];
     double weight[4];
     for (int j = 0; j < 4; ++j) end[j] = x[j] + in_double(reaches.d[contact.i[j]]);
     weigh(contact.first, end, weight);
-    const Vector3<double> there = unit(between(end, weight));
+    const Vector3<double> end_normal = unit(between(end, weight));
     SelfContact<R> turned = contact;
-    turn_to(turned, there, x);
+    turn_to(turned, end_normal, x);
     if (turned.gap > enough) {
       for (int j = 0; j < 4; ++j) turned.weight[j] = R(weight[j]);
     } else {
-      turn_to(turned, unit(there + in_double(contact.n)), x);
+      turn_to(turned, unit(end_normal + in_double(contact.n)), x);
       if (!(min(turned.gap, gap_along(turned, end)) > enough)) return distance;
       for (int j = 0; j < 4; ++j) weight[j] = double(contact.weight[j]);
     }
@@ -227,17 +232,17 @@ struct EvaluateCandidate {
 
   KERNEL static Vector3<double> unit(const Vector3<double>& a) { return a * (1 / sqrt(dot(a, a))); }
   KERNEL static R positive(R a) { return max(a, R(0)); }
-  KERNEL static void places(const ScatteredPoints<R>& of, const SelfContact<R>& c, Vector3<double>* x) {
+  KERNEL static void load_positions(const ScatteredPoints<R>& of, const SelfContact<R>& c, Vector3<double>* x) {
     for (int j = 0; j < 4; ++j) x[j] = in_double(of[c.i[j]]);
   }
 };
 
-/// 1 where the candidate is worth a look.
+/// Stores 1 for candidates whose swept boxes overlap.
 template <class R>
-struct CountMeetings {
-  EvaluateCandidate<R> look;
-  int* meets;
-  KERNEL void operator()(int c) const { meets[c] = look.may_meet(look.candidates[c]) ? 1 : 0; }
+struct CountOverlappingCandidates {
+  EvaluateCandidate<R> evaluate;
+  int* flags;
+  KERNEL void operator()(int c) const { flags[c] = evaluate.boxes_overlap(evaluate.candidates[c]) ? 1 : 0; }
 };
 
 }  // namespace malha

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Near pairs push: Gauss-Seidel, a block of pairs that share no particle at once (Müller et al. 2006; the push that a
-// contact has accumulated is never below 0), with Coulomb's friction on positions (Macklin et al. 2014).
+// Solver of self-contacts: Gauss-Seidel over blocks of pairs that share no particle (Müller et al. 2006; the
+// accumulated push of a contact is never below 0), with Coulomb friction on positions (Macklin et al. 2014).
 #pragma once
 #include "kernels/parallel/reductions.h"
 #include "kernels/self_collision/contact_block.h"
 
 namespace malha {
 
-/// Groups: patches of one phase, whose particles are theirs alone.
-template <class R, bool rubs>
+/// Groups: patches of one phase, which share no particle.
+template <class R, bool kFriction>
 struct SolveContacts {
   using Shared = void;
   static constexpr int kMostThreads = 32;  // half of them have a pair of a block
@@ -19,25 +19,25 @@ struct SolveContacts {
   template <class Group>
   KERNEL void operator()(const Group& group) const {
     using Isa = typename Group::Isa;
-    // What is nearest at a rim pushes aslant, while its neighbours usually are as near and push straight: it would
-    // brake or drive what slides. So it pushes what they leave.
+    // Contacts whose closest point is on a boundary have oblique normals and would brake or push sliding bodies.
+    // Interior contacts are usually as near: solve them first, and boundary contacts on the rest.
     for (const bool rim : {false, true})
       pairs.patches[group.index].for_each_block([&](int b, int) KERNEL_LAMBDA {
         const PairBits bits = pairs.bits[b];
-        const unsigned own = rim ? bits.rim : bits.near & ~bits.rim;
+        const unsigned selected = rim ? bits.rim : bits.near & ~bits.rim;
         constexpr int lanes = kLanes<R, Isa>;
         constexpr unsigned all = (1ull << lanes) - 1;
-        if (own == 0) return;
+        if (selected == 0) return;
         group.for_each(kPairBlock / lanes, [&](int pack) KERNEL_LAMBDA {
           const int k = pack * lanes;
-          if (own >> k & all) push<Lane<R, Isa>>(pairs.blocks[b], k, own >> k & all);
+          if (selected >> k & all) solve<Lane<R, Isa>>(pairs.blocks[b], k, selected >> k & all);
         });
       });
   }
 
  private:
   template <class S>
-  KERNEL void push(ContactBlock<R>& block, int k, unsigned own) const {
+  KERNEL void solve(ContactBlock<R>& block, int k, unsigned selected) const {
     const S zero(R(0)), one(R(1));
     Vector3<S> m[4], n;
     S u[4], w[4], bias, lambda;
@@ -48,7 +48,7 @@ struct SolveContacts {
     load(block.bias + k, bias), load(block.lambda + k, lambda);
     const Vector3<S> motion = m[0] * w[0] + m[1] * w[1] + m[2] * w[2] + m[3] * w[3];
     const S along = dot(n, motion);
-    const auto active = ((lambda > zero) | (along < bias)) & mask_from_bits<S>(own);
+    const auto active = ((lambda > zero) | (along < bias)) & mask_from_bits<S>(selected);
     if (movemask(active) == 0) return;
     const S W = w[0] * w[0] * u[0] + w[1] * w[1] * u[1] + w[2] * w[2] * u[2] + w[3] * w[3] * u[3];
     const auto moves = active & (W > S(tiny<R>()));
@@ -57,24 +57,24 @@ struct SolveContacts {
     lambda = lambda + dlambda;
     store(lambda, block.lambda + k);
     Vector3<S> impulse = n * dlambda;
-    if constexpr (rubs) {
+    if constexpr (kFriction) {
       Vector3<S> friction_impulse;
       load(block.friction_impulse[0] + k, friction_impulse.x), load(block.friction_impulse[1] + k, friction_impulse.y),
           load(block.friction_impulse[2] + k, friction_impulse.z);
       const Vector3<S> trial = friction_impulse + (motion - n * along) * per;
       const S length = sqrt(dot(trial, trial)), most = S(friction) * lambda;
-      const Vector3<S> taken = trial * select(length > most, most / length, one);
-      impulse = impulse - (taken - friction_impulse);
-      store(taken.x, block.friction_impulse[0] + k), store(taken.y, block.friction_impulse[1] + k),
-          store(taken.z, block.friction_impulse[2] + k);
+      const Vector3<S> clamped = trial * select(length > most, most / length, one);
+      impulse = impulse - (clamped - friction_impulse);
+      store(clamped.x, block.friction_impulse[0] + k), store(clamped.y, block.friction_impulse[1] + k),
+          store(clamped.z, block.friction_impulse[2] + k);
     }
-    // Lanes that do not move keep what they have, to the bit: their weights may be no numbers.
+    // Inactive lanes keep their values, to the bit: their weights may be NaN.
     for (int j = 0; j < 4; ++j)
       scatter_rows(moved, block.i[j] + k, m[j] + or_zero(moves, impulse * (w[j] * u[j])), u[j]);
   }
 };
 
-/// Those of a patch that pushed in the last projection.
+/// Counts the contacts of a patch that pushed in the last projection.
 template <class R>
 struct CountPushes {
   Pairs<R> pairs;

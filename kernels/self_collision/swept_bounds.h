@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Swept bounds of particles: their motion beside the common one, and whether they stay in the boxes of the last search.
+// Swept bounds of particles: boxes around their motion relative to the common one, and checks that particles stay in
+// the boxes of the last broad phase.
 #pragma once
 #include "kernels/geometry/simplex.h"
 #include "kernels/self_collision/contact_block.h"
@@ -19,7 +20,7 @@ struct ComputeDisplacements {
   }
 };
 
-/// p = x0 + moved, of those that pushes moved.
+/// p = x0 + moved, of particles that contacts moved.
 template <class R>
 struct ApplyDisplacements {
   Trajectories<R> motions;
@@ -30,63 +31,65 @@ struct ApplyDisplacements {
   }
 };
 
-/// The frame in which boxes stand: how far it went from the search to the start of the substep, and goes in it, m.
+/// The frame in which boxes are at rest: how far it moved from the broad phase to the start of the substep, and how far
+/// it moves in the substep, m.
 template <class R>
 struct CommonFrame {
   Vector3<R> since, moves;
 };
 
-/// Of all particles: how many leave their boxes, or would if they were held.
+/// Number of particles that leave their boxes, and of those that would leave them if they were truncated.
 struct BoundsViolations {
-  double outside = 0, unheld = 0;
+  double outside = 0, outside_if_truncated = 0;
   KERNEL BoundsViolations& operator+=(const BoundsViolations& o) {
-    outside += o.outside, unheld += o.unheld;
+    outside += o.outside, outside_if_truncated += o.outside_if_truncated;
     return *this;
   }
 };
 
-/// Where a search looked, about where a particle was.
+/// Swept box of a particle, relative to where it was at the broad phase.
 template <class R>
 struct BoxAround {
   Vector3<R> low, high;
-  /// With this share of what lies beyond the way.
+  /// `share`: of the margin around the path.
   KERNEL BoxAround(const SweptBounds<R>& reach, int i, R share) {
     const R beyond = share * reach.from[i].w;
     const Vector3<R> way = reach.way[i].xyz();
     low = {min(way.x, R(0)) - beyond, min(way.y, R(0)) - beyond, min(way.z, R(0)) - beyond};
     high = {max(way.x, R(0)) + beyond, max(way.y, R(0)) + beyond, max(way.z, R(0)) + beyond};
   }
-  KERNEL bool holds(const Vector3<R>& a) const {
+  KERNEL bool contains(const Vector3<R>& a) const {
     return a.x >= low.x && a.x <= high.x && a.y >= low.y && a.y <= high.y && a.z >= low.z && a.z <= high.z;
   }
 };
 
-/// Of what lies beyond a way: what rounding leaves.
+/// Share of a margin that rounding leaves.
 template <class R>
 KERNEL constexpr R within_rounding() {
   return R(0.99);
 }
 
-/// Start, end and the place where it may be held: the start, moved as what is held.
+/// Checks the start, the end and the truncated position of a particle: the start, moved by `rest_motion`.
 template <class R>
 struct CheckSweptBounds {
   Trajectories<R> motions;
   SweptBounds<R> reach;
   CommonFrame<R> frame;
-  const Vector3<R>* moves;  // of the frame, where a launch has left it; null: as it says
-  R share;                  // of what lies beyond the way
+  const Vector3<R>* moves;  // of the frame, stored by a launch; null: frame.moves
+  R share;                  // of the margin
   const unsigned char* takes_part;
-  Vector3<R> rest{R(0), R(0), R(0)};  // motion of what is held, m
+  Vector3<R> rest_motion{R(0), R(0), R(0)};  // motion of truncated particles, m
   KERNEL BoundsViolations operator()(int i) const {
     const Vector3<R> common = moves != nullptr ? *moves : frame.moves, own = motions.moved[i].xyz() - common;
     if (!takes_part[i] || !((own.x + own.y + own.z) * R(0) == R(0))) return {};
     const Vector3<R> start = motions.x0[i].xyz() - reach.from[i].xyz() - frame.since;
-    const BoxAround<R> box(reach, i, share), whole(reach, i, within_rounding<R>());
-    return {box.holds(start) && box.holds(start + own) ? 0.0 : 1.0, whole.holds(start - (common - rest)) ? 0.0 : 1.0};
+    const BoxAround<R> box(reach, i, share), full(reach, i, within_rounding<R>());
+    return {box.contains(start) && box.contains(start + own) ? 0.0 : 1.0,
+            full.contains(start - (common - rest_motion)) ? 0.0 : 1.0};
   }
 };
 
-/// Puts a particle that left its box back into it.
+/// Clamps a particle to its swept box.
 template <class R>
 struct ClampToSweptBounds {
   Trajectories<R> motions;
@@ -110,20 +113,20 @@ struct ClampToSweptBounds {
   KERNEL static R within(R a, R low, R high) { return a < low ? low : a > high ? high : a; }
 };
 
-/// What decides how far a search looks.
+/// Parameters of the swept boxes.
 template <class R>
 struct BroadPhaseParams {
-  R slack;         // m, beyond every way
-  R swerve;        // and as much of a substep's way
-  R far;           // along a way as far as this, m, but at least a substep's
+  R slack;         // m, margin around every path
+  R swerve;        // of the length of a substep's path, added to the margin
+  R far;           // m, longest path that is swept, but at least that of a substep
   R min_distance;  // m: half of the thickness
 };
 
-/// What a search that shall serve some substeps starts from.
+/// Sweeps for a broad phase that serves several substeps.
 template <class R>
 struct InitSweptBounds {
   Trajectories<R> motions;
-  Vector3<R> common;  // of the substep's motion, m
+  Vector3<R> common;  // common motion in the substep, m
   R ahead;            // substeps, at most
   BroadPhaseParams<R> rules;
   SweptBounds<R> reach;
@@ -131,7 +134,7 @@ struct InitSweptBounds {
     const Vector3<R> x0 = motions.x0[i].xyz();
     Vector3<R> own = motions.moved[i].xyz() - common;
     own = or_zero((own.x + own.y + own.z) * R(0) == R(0), own);
-    const R length = sqrt(dot(own, own)), fits = rules.far / length;  // of no length: as far as may be
+    const R length = sqrt(dot(own, own)), fits = rules.far / length;  // infinite for length 0
     const R substeps = fits < ahead ? max(fits, R(1)) : ahead;
     const Vector3<R> way = own * substeps;
     reach.from[i] = {x0.x, x0.y, x0.z, rules.slack + rules.swerve * length};
@@ -139,7 +142,7 @@ struct InitSweptBounds {
   }
 };
 
-/// Their boxes, by `wanted` wider, from an origin near all.
+/// Swept boxes, wider by min_distance, relative to the first particle.
 template <class R>
 struct ComputeSweptAabbs {
   SweptBounds<R> reach;
@@ -153,16 +156,15 @@ struct ComputeSweptAabbs {
   }
 };
 
-/// Patches that share a particle are never worked on at once: each gets the first phase that none of those before it
-/// with a particle of its own has. One item, of which one thread of a device would take longer than the way to the
-/// host.
+/// Greedy colouring: patches that share a particle get different phases, so that they are never processed at once. One
+/// item; it runs on the host because one thread of a device would take longer than the transfers.
 struct ColorPatches {
-  using AsksTheHost = void;
+  using RunsOnHost = void;
   const PairPatch* patches;
-  const int* touched;
+  const int* patch_particles;
   int count;
-  unsigned long long* taken;  // of each particle, phases; 0 before and after
-  int* phase;                 // of each patch; without pairs: below 0
+  unsigned long long* used_phases;  // of each particle: phases that are used; 0 before and after
+  int* phase;                       // of each patch; without pairs: below 0
   KERNEL void operator()(int) const {
     for (int u = 0; u < count; ++u) phase[u] = patches[u].pairs > 0 ? kNone : -1;
     bool left = true;
@@ -170,19 +172,20 @@ struct ColorPatches {
       left = false;
       for (int u = 0; u < count; ++u) {
         if (phase[u] != kNone) continue;
-        const int* const of = touched + patches[u].touched;
+        const int* const of = patch_particles + patches[u].particles_begin;
         unsigned long long used = 0;
-        for (int k = 0; k < patches[u].touches; ++k) used |= taken[of[k]];
+        for (int k = 0; k < patches[u].particle_count; ++k) used |= used_phases[of[k]];
         if (~used == 0) {
           left = true;
           continue;
         }
         const int bit = lowest_bit(~used);
-        for (int k = 0; k < patches[u].touches; ++k) taken[of[k]] |= 1ull << bit;
+        for (int k = 0; k < patches[u].particle_count; ++k) used_phases[of[k]] |= 1ull << bit;
         phase[u] = base + bit;
       }
       for (int u = 0; u < count; ++u)
-        for (int k = 0; phase[u] >= 0 && k < patches[u].touches; ++k) taken[touched[patches[u].touched + k]] = 0;
+        for (int k = 0; phase[u] >= 0 && k < patches[u].particle_count; ++k)
+          used_phases[patch_particles[patches[u].particles_begin + k]] = 0;
     }
   }
 

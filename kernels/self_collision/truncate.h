@@ -1,22 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 // Final guard of a substep: displacements are truncated so that no pair of primitives intersects. At x0 none does.
-// Every pair that could come near was found, because no particle leaves the box that it was searched with; and a pair
-// stays apart if a plane of normal n is between its sides at the end as at the start, because between them every
-// particle moves along a line: in between a plane between the planes does. Where a pair is about to break this, its
-// particles are held back: each to its own half of the gap. Those of other pairs that this leads to are held back next,
-// until all pairs are apart. In the spirit of Chen et al., "Offset Geometric Contact" (2025), but with planes, not
-// balls, so that layers slide freely, and only where something would cross, so that what moves as a whole is not slowed
-// down.
+// Every pair that could come near is a candidate, because no particle leaves its swept box. A pair stays separated if a
+// plane of normal n is between its sides at the end as at the start: every particle moves along a line, so that an
+// interpolated plane separates the sides at every time between. If a pair violates this, the displacements of its
+// particles are truncated, each to its side's half of the gap. Pairs that this causes to violate are truncated next,
+// until none is left. In the spirit of Chen et al., "Offset Geometric Contact" (2025), but with planes, not balls, so
+// that layers slide freely, and only where a pair would intersect, so that a common motion is not slowed down.
 #pragma once
 #include "kernels/self_collision/narrow_phase.h"
 
 namespace malha {
 
-/// What becomes of a particle while others are held. Driven: by pins, out of their way; Carried: with them.
+/// State of a particle in the final guard. Pushed: by kinematic particles, out of their way; Truncating: its truncation
+/// is being computed; Truncated: done; Kinematic: it moves with a kinematic particle.
 enum class MotionState : unsigned char { Free, Pushed, Truncating, Truncated, Kinematic };
 
-/// Pairs of a patch, or of all, that are about to cross: those that holding back can still help, and those of particles
-/// that are fixed.
+/// Number of pairs that would intersect: those that truncation can still resolve (`free`), and those with fixed
+/// particles alone (`fixed`).
 struct ViolationCount {
   int free = 0, fixed = 0;
   KERNEL ViolationCount& operator+=(const ViolationCount& o) {
@@ -25,7 +25,7 @@ struct ViolationCount {
   }
 };
 
-/// Marks the pairs of a patch that are about to cross, and counts them. A pair that was not near becomes so, if `adds`.
+/// Marks the pairs of a patch that would intersect, and counts them. If `adds`, a marked pair becomes a contact.
 template <class R>
 struct FindViolations {
   using Shared = void;
@@ -33,56 +33,56 @@ struct FindViolations {
   Trajectories<R> motions;
   Pairs<R> pairs;
   ContactParams<R> rules;
-  const R* room;
+  const R* closable_gap;
   bool adds;
-  const MotionState* held;  // none: nothing is held yet
-  ViolationCount* left;     // of each patch
+  const MotionState* states;   // null: no particle is truncated yet
+  ViolationCount* violations;  // of each patch
 
   template <class Group>
   KERNEL void operator()(const Group& group) const {
     using Isa = typename Group::Isa;
     const PairPatch patch = pairs.patches[group.index];
-    const R most = can_close(group, patch);
-    if (room[group.index] > most) {
-      left[group.index] = {};
+    const R max_closing = max_closing_motion(group, patch);
+    if (closable_gap[group.index] > max_closing) {
+      violations[group.index] = {};
       return;
     }
-    const bool reads_most = most > R(10) * rules.ahead;  // blocks: they move by about the thickness
-    left[group.index] = group.reduce(
+    const bool reads_most = max_closing > R(10) * rules.ahead;  // of the blocks, if they move by about the thickness
+    violations[group.index] = group.reduce(
         patch.all(), ViolationCount{},
         [&](int k) KERNEL_LAMBDA {
           if (reads_most) prefetch_planes(pairs.blocks + patch.begin + k + kBlocksAhead);
-          return look<Isa>(patch.begin + k, patch.section_of(k), most);
+          return find_in_block<Isa>(patch.begin + k, patch.section_of(k), max_closing);
         },
         [](ViolationCount& count, const ViolationCount& of_block) KERNEL_LAMBDA { count += of_block; });
   }
 
  private:
-  /// At most, any gap of the patch, m: its particles have moved no more than this against each other.
+  /// Upper bound of the motion by which any gap of the patch can close, m.
   template <class Group>
-  KERNEL R can_close(const Group& group, const PairPatch& patch) const {
-    const int* const of = pairs.touched + patch.touched;
+  KERNEL R max_closing_motion(const Group& group, const PairPatch& patch) const {
+    const int* const of = pairs.patch_particles + patch.particles_begin;
     const Vector3<R> first = motions.moved[of[0]].xyz();
-    const R most2 = group.reduce(
-        patch.touches, R(0),
+    const R max_closing2 = group.reduce(
+        patch.particle_count, R(0),
         [&](int k) KERNEL_LAMBDA {
           const Vector3<R> beside = motions.moved[of[k]].xyz() - first;
           return dot(beside, beside);
         },
-        [](R& most, R one) KERNEL_LAMBDA { most = max(one, most); });
-    return R(2.001) * sqrt(most2);
+        [](R& max_closing, R one) KERNEL_LAMBDA { max_closing = max(one, max_closing); });
+    return R(2.001) * sqrt(max_closing2);
   }
 
   template <class Isa>
-  KERNEL ViolationCount look(int b, int section, R most) const {
+  KERNEL ViolationCount find_in_block(int b, int section, R max_closing) const {
     ContactBlock<R>& block = pairs.blocks[b];
-    const unsigned found =
-        section == 0 ? look<Isa, PairKind::Face>(block, most) : look<Isa, PairKind::Edges>(block, most);
+    const unsigned found = section == 0 ? find_in_block<Isa, PairKind::Face>(block, max_closing)
+                                        : find_in_block<Isa, PairKind::Edges>(block, max_closing);
     pairs.bits[b].crossing = static_cast<unsigned short>(found);
     ViolationCount count;
     for (unsigned bits = found; bits != 0; bits &= bits - 1) {
       const int k = lowest_bit(bits);
-      const ViolationCount one = left_of(block, k);
+      const ViolationCount one = violations_of(block, k);
       count += one;
       if (one.free > 0 && adds && !(pairs.bits[b].near >> k & 1)) add(block, k, section, pairs.bits[b]);
     }
@@ -90,15 +90,15 @@ struct FindViolations {
   }
 
   template <class Isa, PairKind kind>
-  KERNEL unsigned look(const ContactBlock<R>& block, R most) const {
+  KERNEL unsigned find_in_block(const ContactBlock<R>& block, R max_closing) const {
     using S = Lane<R, Isa>;
     constexpr int lanes = kLanes<R, Isa>;
     unsigned found = 0;
     for (int k = 0; k < kPairBlock; k += lanes) {
       S gap;
       load(block.gap + k, gap);
-      const S none = S(R(INFINITY)), keeps = kept_of(gap, rules.least);
-      if (movemask((gap < none) & (gap - keeps <= S(most))) == 0) continue;
+      const S none = S(R(INFINITY)), required = required_gap(gap, rules.least);
+      if (movemask((gap < none) & (gap - required <= S(max_closing))) == 0) continue;
       Vector3<S> n;
       load(block.n[0] + k, n.x), load(block.n[1] + k, n.y), load(block.n[2] + k, n.z);
       S side[4], unused;
@@ -107,40 +107,40 @@ struct FindViolations {
         gather_rows(motions.moved, block.i[j] + k, m, unused);
         side[j] = dot(n, m);
       }
-      const unsigned bad = movemask((gap + gap_along_normal<kind>(side) < keeps) & (gap < none));
+      const unsigned bad = movemask((gap + gap_along_normal<kind>(side) < required) & (gap < none));
       if (bad == 0) continue;
       Vector3<S> x[4];
       for (int j = 0; j < 4; ++j) {
         gather_rows(motions.x0, block.i[j] + k, x[j], unused);
         side[j] = side[j] + dot(n, x[j] - x[0]);
       }
-      found |= (bad & movemask(gap_along_normal<kind>(side) < keeps)) << k;
+      found |= (bad & movemask(gap_along_normal<kind>(side) < required)) << k;
     }
     return found;
   }
 
-  /// What a crossing pair counts as; nothing where all that can move is held.
-  KERNEL ViolationCount left_of(const ContactBlock<R>& block, int k) const {
+  /// The count of one violating pair: nothing if all its free particles are truncated.
+  KERNEL ViolationCount violations_of(const ContactBlock<R>& block, int k) const {
     int fixed = 1;
     for (int j = 0; j < 4; ++j) {
       const int i = block.i[j][k] / kIndexScale<R>;
       if (!(motions.moved[i].w > R(0))) continue;
-      if (held == nullptr || held[i] < MotionState::Truncated) return {1, 0};
+      if (states == nullptr || states[i] < MotionState::Truncated) return {1, 0};
       fixed = 0;
     }
     return {0, fixed};
   }
 
   KERNEL void add(ContactBlock<R>& block, int k, int section, PairBits& bits) const {
-    // What an earlier look left of those that are not near is no contact.
+    // The narrow phase left old data in pairs that are no contacts: clear them.
     for (int l = 0; l < kPairBlock; ++l)
       if (!(bits.near >> l & 1)) clear(block, l);
     bits.near |= static_cast<unsigned short>(1u << k);
     const ContactFrameDouble<R> exact(motions.x0, block, k, first_side_of(section));
     block.n[0][k] = exact.n.x, block.n[1][k] = exact.n.y, block.n[2][k] = exact.n.z;
     for (int j = 0; j < 3; ++j) block.w[j][k] = exact.w[1 + j];
-    const R lacks = least_distance(motions, block, k) - exact.distance;
-    block.bias[k] = lacks > R(0) ? rules.recovery * lacks : lacks;
+    const R missing = least_distance(motions, block, k) - exact.distance;
+    block.bias[k] = missing > R(0) ? rules.recovery * missing : missing;
   }
   KERNEL static void clear(ContactBlock<R>& block, int k) {
     for (int j = 0; j < 3; ++j) block.w[j][k] = block.friction_impulse[j][k] = R(0);
@@ -148,11 +148,11 @@ struct FindViolations {
   }
 };
 
-/// Calls f(block, k, section) for every pair of a patch that is about to cross, if any of them can be helped. Of a
-/// block of threads each has some of them.
+/// Calls f(block, k, section) for every pair of a patch that would intersect, if any of them can be resolved. The
+/// threads of a block share the pairs.
 template <class R, class Group, class F>
-KERNEL void for_each_crossing(const Group& group, const Pairs<R>& pairs, const ViolationCount* left, const F& f) {
-  if (left[group.index].free == 0) return;
+KERNEL void for_each_crossing(const Group& group, const Pairs<R>& pairs, const ViolationCount* violations, const F& f) {
+  if (violations[group.index].free == 0) return;
   const PairPatch patch = pairs.patches[group.index];
   group.for_each(patch.all(), [&](int of) KERNEL_LAMBDA {
     const int b = patch.begin + of, section = patch.section_of(of);
@@ -161,38 +161,41 @@ KERNEL void for_each_crossing(const Group& group, const Pairs<R>& pairs, const V
   });
 }
 
-/// Of all patches.
+/// Sum of the violations of all patches, as a reduction over patches.
 template <class R>
-struct SumLeft {
+struct SumViolations {
   Pairs<R> pairs;
-  const ViolationCount* left;
-  KERNEL ViolationCount operator()(int u) const { return pairs.patches[u].all() > 0 ? left[u] : ViolationCount{}; }
+  const ViolationCount* violations;
+  KERNEL ViolationCount operator()(int u) const {
+    return pairs.patches[u].all() > 0 ? violations[u] : ViolationCount{};
+  }
 };
 
-/// The particles of crossing pairs are to be held: whoever writes it, it is the same. Groups: patches of one phase.
+/// Marks the particles of violating pairs as Truncating; concurrent writes store the same value. Groups: patches of one
+/// phase.
 template <class R>
 struct MarkViolating {
   using Shared = void;
   static constexpr int kMostThreads = 32;
   Trajectories<R> motions;
   Pairs<R> pairs;
-  const ViolationCount* left;
-  MotionState* held;
-  R* part;  // of its motion, that a particle may keep
+  const ViolationCount* violations;
+  MotionState* states;
+  R* fraction;  // of its displacement, that a particle may keep
   template <class Group>
   KERNEL void operator()(const Group& group) const {
-    for_each_crossing(group, pairs, left, [&](const ContactBlock<R>& block, int k, int) KERNEL_LAMBDA {
+    for_each_crossing(group, pairs, violations, [&](const ContactBlock<R>& block, int k, int) KERNEL_LAMBDA {
       for (int j = 0; j < 4; ++j) {
         const int i = block.i[j][k] / kIndexScale<R>;
-        if (held[i] < MotionState::Truncating && motions.moved[i].w > R(0))
-          held[i] = MotionState::Truncating, part[i] = R(1);
+        if (states[i] < MotionState::Truncating && motions.moved[i].w > R(0))
+          states[i] = MotionState::Truncating, fraction[i] = R(1);
       }
     });
   }
 };
 
-/// They go only as far, beside the motion of what is held, as none of their pairs can be broken by it. Groups: patches
-/// of one phase.
+/// Limits the fraction of its displacement, relative to `rest_motion`, that a Truncating particle keeps, so that it
+/// alone cannot make any of its pairs intersect. Groups: patches of one phase.
 template <class R>
 struct ComputeTruncation {
   using Shared = void;
@@ -200,9 +203,9 @@ struct ComputeTruncation {
   Trajectories<R> motions;
   Pairs<R> pairs;
   ContactParams<R> rules;
-  const MotionState* held;
-  R* part;
-  Vector3<R> rest;  // motion of what is held, m
+  const MotionState* states;
+  R* fraction;
+  Vector3<R> rest_motion;  // motion of truncated particles, m
   template <class Group>
   KERNEL void operator()(const Group& group) const {
     using Isa = typename Group::Isa;
@@ -210,23 +213,23 @@ struct ComputeTruncation {
     pairs.patches[group.index].for_each_block([&](int b, int section) KERNEL_LAMBDA {
       prefetch_planes(pairs.blocks + b + kBlocksAhead);
       group.for_each(kPairBlock / lanes, [&](int pack) KERNEL_LAMBDA {
-        section == 0 ? limit<Isa, PairKind::Face>(pairs.blocks[b], pack * lanes)
-                     : limit<Isa, PairKind::Edges>(pairs.blocks[b], pack * lanes);
+        section == 0 ? limit_fraction<Isa, PairKind::Face>(pairs.blocks[b], pack * lanes)
+                     : limit_fraction<Isa, PairKind::Edges>(pairs.blocks[b], pack * lanes);
       });
     });
   }
 
  private:
   template <class Isa, PairKind kind>
-  KERNEL void limit(const ContactBlock<R>& block, int k) const {
+  KERNEL void limit_fraction(const ContactBlock<R>& block, int k) const {
     using S = Lane<R, Isa>;
     constexpr int lanes = kLanes<R, Isa>, first = first_side(kind);
-    unsigned limited[4], any = 0;  // a bit a lane
+    unsigned truncating[4], any = 0;  // a bit a lane
     for (int j = 0; j < 4; ++j) {
-      limited[j] = 0;
+      truncating[j] = 0;
       for (int l = 0; l < lanes; ++l)
-        limited[j] |= unsigned(held[block.i[j][k + l] / kIndexScale<R>] == MotionState::Truncating) << l;
-      any |= limited[j];
+        truncating[j] |= unsigned(states[block.i[j][k + l] / kIndexScale<R>] == MotionState::Truncating) << l;
+      any |= truncating[j];
     }
     if (any == 0) return;
     S gap, unused;
@@ -242,37 +245,37 @@ struct ComputeTruncation {
       at[j] = dot(n, x[j] - x[0]);
       sides.add(j, first, at[j]);
     }
-    // Half of what the gap may lose is each side's, and what lies behind its plane may come up to it.
-    const S zero(R(0)), half = S(R(0.499)) * (gap - kept_of(gap, rules.least));
+    // Each side may close half of the excess gap, and particles behind their side's plane may come up to it.
+    const S zero(R(0)), half = S(R(0.499)) * (gap - required_gap(gap, rules.least));
     for (int j = 0; j < 4; ++j) {
-      if ((limited[j] & any) == 0) continue;
+      if ((truncating[j] & any) == 0) continue;
       Vector3<S> m;
       gather_rows(motions.moved, block.i[j] + k, m, unused);
-      const S along = dot(n, m - Vector3<S>{S(rest.x), S(rest.y), S(rest.z)});
-      const S space = j < first ? at[j] - sides.low + half : sides.high - at[j] + half;
-      const S nearing = j < first ? -along : along, most = select(space > zero, space / nearing, zero);
-      for (unsigned bits = movemask(nearing > space) & limited[j] & any; bits != 0; bits &= bits - 1) {
+      const S along = dot(n, m - Vector3<S>{S(rest_motion.x), S(rest_motion.y), S(rest_motion.z)});
+      const S allowed = j < first ? at[j] - sides.low + half : sides.high - at[j] + half;
+      const S nearing = j < first ? -along : along, max_fraction = select(allowed > zero, allowed / nearing, zero);
+      for (unsigned bits = movemask(nearing > allowed) & truncating[j] & any; bits != 0; bits &= bits - 1) {
         const int l = lowest_bit(bits), i = block.i[j][k + l] / kIndexScale<R>;
-        part[i] = min(part[i], lane(most, l));
+        fraction[i] = min(fraction[i], lane(max_fraction, l));
       }
     }
   }
 };
 
-/// Puts them there.
+/// Applies the truncation to the displacements.
 template <class R>
 struct TruncateDisplacements {
   Trajectories<R> motions;
   Displaced<R> p;
-  const R* part;
-  MotionState* held;
-  Vector3<R> rest;
+  const R* fraction;
+  MotionState* states;
+  Vector3<R> rest_motion;
   KERNEL void operator()(int i) const {
-    if (held[i] != MotionState::Truncating) return;
+    if (states[i] != MotionState::Truncating) return;
     const Vector3<R> x0 = motions.x0[i].xyz();
-    p.set_from(i, x0, motions.origin, rest + (motions.moved[i].xyz() - rest) * part[i]);
+    p.set_from(i, x0, motions.origin, rest_motion + (motions.moved[i].xyz() - rest_motion) * fraction[i]);
     motions.moved[i].set(p.from(i, x0, motions.origin));
-    held[i] = MotionState::Truncated;
+    states[i] = MotionState::Truncated;
   }
 };
 

@@ -122,7 +122,7 @@ void expect_within_both(R rounding, double way) {
     const auto beyond = [&](const Vector3<double>& x, int k) { return norm(x - to_double(p[k])) - double(reach[k]); };
     const double from_far = beyond(start, 0), from_near = beyond(start, 1);
     const Displaced<R> all{p.points(), d.points(), low.points()};
-    const LimitReach<R> limit{{w, particle, begin, anchor, reach}, all};
+    const LimitTethers<R> limit{{w, particle, begin, anchor, reach}, all};
     limit(0);
     const Vector3<double> x = to_double(p[2]) + to_double(d[2]);
     EXPECT_LT(beyond(x, 0), rounding) << trial;

@@ -33,7 +33,7 @@ class ContactBench {
     for (int i = 0; i < iterations; ++i) collider_.solve_contacts(all);
     parallel_reduce<FirstIndex>(executor_, n, UpdateState<R>{all, R(h), R(1 / h)});
     collider_.restitute(all, 2 * h * norm(gravity), h);
-    if (collider_.bounces()) parallel_for(executor_, n, ArriveAll<R>{all.p});
+    if (collider_.bounces()) parallel_for(executor_, n, CommitPositions<R>{all.p});
     time_ += h;
   }
 
@@ -50,8 +50,8 @@ class ContactBench {
   const EnvironmentCollider<Executor, R>& collider() const { return collider_; }
   /// The proximity record that the contact cache has of a particle close to the mesh.
   ProximityRecord& near(int i) {
-    const ContactCacheView<R> nearby = collider_.nearby(0);
-    return nearby.near[nearby.slot(i)];
+    const ContactCacheView<R> cache = collider_.cache(0);
+    return cache.near[cache.slot(i)];
   }
   void forget() { collider_.restore_state({}); }
 

@@ -49,18 +49,18 @@ class NearASurface {
 
   /// Detects contacts; the result is how many queries are left to the host.
   int find(bool by_lists) {
-    memory_.reserve_slots(Serial{}, count_, static_cast<int>(words_of(static_cast<std::size_t>(count_))));
-    const ContactCacheView<float> nearby = memory_.view();
-    const EnvironmentView<float> all{&mesh_, 1, particles(), &nearby};
-    std::vector<unsigned long long> bits(words_of(static_cast<std::size_t>(count_)), 0);
+    memory_.reserve_slots(Serial{}, count_, static_cast<int>(groups_of(static_cast<std::size_t>(count_))));
+    const ContactCacheView<float> cache = memory_.view();
+    const EnvironmentView<float> all{&mesh_, 1, particles(), &cache};
+    std::vector<unsigned long long> bits(groups_of(static_cast<std::size_t>(count_)), 0);
     for (int i = 0; i < count_; ++i) bits[i / kGroupSize] |= 1ull << i % kGroupSize;
     if (by_lists) {
       std::vector<unsigned long long> once(bits.size()), lifted(bits.size());
       const ActiveMask asked{bits.data(), 1, static_cast<int>(bits.size())};
-      parallel_for(Serial{}, asked.words, FindAskedOnce{asked, once.data(), lifted.data()});
-      const ListBits own{bits.data(), nullptr, once.data(), lifted.data()};
-      parallel_for(Serial{}, asked.words, GivePlaces<float>(look_at(all, 0), own));
-      parallel_for(Serial{}, count_, AnswerByLists<float>(look_at(all, 0), own, INFINITY));
+      parallel_for(Serial{}, asked.groups, FindSingleMeshParticles{asked, once.data(), lifted.data()});
+      const QueryMasks own{bits.data(), nullptr, once.data(), lifted.data()};
+      parallel_for(Serial{}, asked.groups, AllocateEntries<float>(query_for(all, 0), own));
+      parallel_for(Serial{}, count_, QueryOctree<float>(query_for(all, 0), own, INFINITY));
     }
     int left = 0;
     for (const unsigned long long word : bits) left += std::popcount(word);
@@ -73,7 +73,7 @@ class NearASurface {
     for (int i = 0; i < count_; ++i) {
       ASSERT_TRUE(same(x_.points()[i], other.x_.points()[i]) && same(d_.points()[i], other.d_.points()[i])) << i;
       const Vector3<double> at = in_double(x_.points()[i]);
-      const ClosestPointRecord seen = a.seen(i, at), also = b.seen(i, at);
+      const ClosestPointRecord seen = a.record(i, at), also = b.record(i, at);
       ASSERT_TRUE(same_bits(seen.at, also.at) && same_bits(seen.distance, also.distance)) << i;
       ASSERT_EQ(seen.triangle, also.triangle) << i;
       const Contact<float>*one = a.contact(i), *two = b.contact(i);
@@ -82,7 +82,7 @@ class NearASurface {
       ASSERT_TRUE(same_bits(one->plane.w, two->plane.w)) << i;
       const bool laid = one->plane.w > -INFINITY;
       ASSERT_TRUE(!laid || (same(one->plane.xyz(), two->plane.xyz()) && same_bits(one->surface, two->surface))) << i;
-      const NearFeature &held = a.near[a.slot(i)].feature, &also_held = b.near[b.slot(i)].feature;
+      const ClosestFeature &held = a.near[a.slot(i)].feature, &also_held = b.near[b.slot(i)].feature;
       ASSERT_TRUE(same_bits(held.radius, also_held.radius)) << i;
       ASSERT_TRUE(!(held.radius > 0) || held.kind == also_held.kind) << i;
     }
@@ -97,7 +97,7 @@ class NearASurface {
   int count_;
   PointArray<Serial, float> x_, low_, v_, d_;
   std::vector<float> w_;
-  NearMemory<Serial, float> memory_;
+  ContactCacheStorage<Serial, float> memory_;
 };
 
 class DeviceQueriesOf : public testing::TestWithParam<Sides> {};

@@ -233,16 +233,17 @@ struct Watched {
         collider.emplace(Serial{}, model);
       } else if (!remembers) {
         ContactMemory seen;
-        collider->tell([&](const auto& part) { seen.add(part); });
-        seen.boxes.assign(words_of(n), {{}, {1, 0, 0}, WordBox::kOfEach}), seen.places.assign(n, {0, 0, 0, -1e30f});
-        for (SeenOfPair& near : seen.near) near.seen = {{}, -1e30, -1, {}, near.seen.overlap};
+        collider->for_each_part([&](const auto& part) { seen.add(part); });
+        seen.boxes.assign(groups_of(n), {{}, {1, 0, 0}, GroupBox::kPerParticle}),
+            seen.entries.assign(n, {0, 0, 0, -1e30f});
+        for (PairRecord& near : seen.near) near.record = {{}, -1e30, -1, {}, near.record.overlap};
         collider.emplace(Serial{}, model);
         collider->restore_state(seen);
       }
       parallel_for(Serial{}, n, Predict<R>{all, R(h), {R(0), R(-9.81), R(0)}});
       collider->detect_contacts(all, start, start + h);
       for (int i = 0; i < n; ++i) {
-        const Contact<R>* const contact = collider->nearby(0).contact(i);
+        const Contact<R>* const contact = collider->cache(0).contact(i);
         planes.push_back(contact ? contact->plane : Vec4<R>{0, 0, 0, -R(INFINITY)});
         contacts += std::isfinite(planes.back().w);
       }

@@ -144,8 +144,8 @@ TEST(Embree, SpheresAndCapsulesAreHitWhereTheirFormulasSay) {
 
 TEST(Embree, TooLittleMemoryIsThatOfAnyoneElse) {
   embree_detail::ErrorLog log;
-  embree_detail::hear(&log, RTC_ERROR_OUT_OF_MEMORY, "out of memory");
-  EXPECT_THROW(embree_detail::complain(log.code, log.message), std::bad_alloc);
+  embree_detail::log_error(&log, RTC_ERROR_OUT_OF_MEMORY, "out of memory");
+  EXPECT_THROW(embree_detail::throw_error(log.code, log.message), std::bad_alloc);
 }
 
 TEST(Embree, ErrorsBecomeExceptions) {

@@ -148,9 +148,9 @@ TEST(Contact, IsReusedWhereAParticleReturnsWithTheSamePrediction) {
   };
   // A query finds a triangle of the floor, and replaces this number.
   const auto is_queried = [&](int i) {
-    bench.near(i).seen.triangle = -7;
+    bench.near(i).record.triangle = -7;
     fall(1);
-    return bench.near(i).seen.triangle != -7;
+    return bench.near(i).record.triangle != -7;
   };
   fall(10);
   EXPECT_FALSE(is_queried(0)) << "it lies";

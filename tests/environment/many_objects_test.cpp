@@ -37,7 +37,7 @@ TEST(ManyObjects, AStateHoldsOnlyWhatIsNear) {
   };
   // For the 58 boxes far away: a bounding box for each group of 64 of the 41 x 41 particles, where each pair took 64
   // bytes.
-  EXPECT_EQ(bytes(60) - bytes(2), 58 * words_of(41 * 41) * sizeof(WordBox));
+  EXPECT_EQ(bytes(60) - bytes(2), 58 * groups_of(41 * 41) * sizeof(GroupBox));
 }
 
 /// A bounding box for each group of 64 particles, and its position: 32 bytes an object and group, where each pair took
@@ -48,9 +48,8 @@ TEST(ManyObjects, TakeMemoryForWhatIsNearAlone) {
     for (int step = 0; step < 20; ++step) simulation.step();
     return simulation.solver().facts().contact->far_bytes;
   };
-  // a constant part and an object's own numbers, in bytes
-  const std::size_t two = bytes(2), all = bytes(60), handed = 16;
-  EXPECT_LE(all - two, 58 * (words_of(41 * 41) * (sizeof(WordBox) + sizeof(int)) + handed));
+  const std::size_t two = bytes(2), all = bytes(60), handed = 16;  // bytes of an object's own numbers
+  EXPECT_LE(all - two, 58 * (groups_of(41 * 41) * (sizeof(GroupBox) + sizeof(int)) + handed));
   EXPECT_LT(all - two, 58 * 41 * 41) << "not a byte a pair";
 }
 

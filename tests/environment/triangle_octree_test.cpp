@@ -77,22 +77,23 @@ void expect_same(const ClosestPoint& found, const ClosestPoint& all, int i) {
 /// The closest feature of a point stays the closest of every point within its validity radius: the answer has the same
 /// bits.
 bool expect_feature_as_all_triangles(const Surface& surface, const Point& p, int cell, Random& random, int i) {
-  const NearMesh& mesh = surface.view().cells;
+  const OctreeView& mesh = surface.view().cells;
   const OctreeNode& of = mesh.cells[cell];
-  const Point local = surface.view().in_near_mesh(p);
+  const Point local = surface.view().relative_to_centre(p);
   PointTriangleBatch<NativeIsa> pairs(mesh);
   pairs.add(local, mesh.lists + of.first, of.count);
   pairs.measure();
-  const NearTriangle near = pairs.nearest(0);
-  NearFeature feature = surface.view().feature(near);
+  const ClosestTriangle near = pairs.nearest(0);
+  ClosestFeature feature = surface.view().feature(near);
   const auto error = static_cast<double>(of.error);
-  feature.at = local, feature.radius = pairs.holds_within(0, near, distance_to_cell_boundary(mesh, of, local), error);
-  if (feature.kind == NearFeature::Point || !(feature.radius > 0)) return false;
+  feature.at = local,
+  feature.radius = pairs.validity_radius(0, near, distance_to_cell_boundary(mesh, of, local), error);
+  if (feature.kind == ClosestFeature::Point || !(feature.radius > 0)) return false;
   const Point way = random.in_cube(1), at = p + way * (0.999 * feature.radius / std::sqrt(dot(way, way)));
-  if (!feature.holds(surface.view().in_near_mesh(at))) return false;  // the displacement is smaller than a rounding
+  if (!feature.is_valid_at(surface.view().relative_to_centre(at))) return false;  // smaller than a rounding
   const ClosestPoint all = surface.closest(at, 4 * surface.diagonal());
-  ClosestPoint found = surface.view().of_feature(feature, at);
-  found.triangle = all.triangle;  // the feature may be part of several triangles
+  ClosestPoint found = surface.view().closest_point_on(feature, at);
+  found.triangle = all.triangle;  // any that the feature is part of
   expect_same(found, all, i);
   return true;
 }
@@ -106,7 +107,7 @@ Compared expect_as_all_triangles(const Mesh& mesh, int points, unsigned seed) {
   const double size = surface.diagonal();
   Point p{};
   for (int i = 0; i < points; ++i) {
-    surface.tidy();  // otherwise queries are without lists once their memory is used up
+    surface.reset_if_full();  // or lists end with their memory
     const Vec3& corner = mesh.points[random.below(static_cast<int>(mesh.points.size()))];
     const Point on{corner[0], corner[1], corner[2]};
     // At vertices, near them, along paths past them, and anywhere.
@@ -116,7 +117,7 @@ Compared expect_as_all_triangles(const Mesh& mesh, int points, unsigned seed) {
                      : p + random.in_cube(1e-3 * size);
     const double radius = i % 2 == 0 ? 4 * size : random(0, 0.1 * size);
     const ClosestPoint all = surface.closest(p, radius);
-    const double least = surface.least_distance(p);
+    const double least = surface.distance_lower_bound(p);
     if (all.found) {
       EXPECT_LE(least, all.distance);
     }
@@ -127,13 +128,13 @@ Compared expect_as_all_triangles(const Mesh& mesh, int points, unsigned seed) {
     for_each_isa([&]<class Isa>(Isa) {
       expect_same(surface.view().within(radius, surface.view().nearest<Isa>(p, cell), p), all, i);
       // The query is batched with others, whose pairs share its packs.
-      const NearMesh& mesh_of = surface.view().cells;
+      const OctreeView& mesh_of = surface.view().cells;
       PointTriangleBatch<Isa> pairs(mesh_of);
       const int* const list = mesh_of.lists + mesh_of.cells[cell].first;
       const int count = mesh_of.cells[cell].count;
-      pairs.add(surface.view().in_near_mesh(p) * 1.01, list, count < 5 ? count : 5);
+      pairs.add(surface.view().relative_to_centre(p) * 1.01, list, count < 5 ? count : 5);
       pairs.add({}, list, 0);
-      pairs.add(surface.view().in_near_mesh(p), list, count);
+      pairs.add(surface.view().relative_to_centre(p), list, count);
       pairs.measure();
       expect_same(surface.view().within(radius, pairs.nearest(2), p), all, i);
       EXPECT_EQ(pairs.nearest(1).triangle, -1);
@@ -201,7 +202,7 @@ double distance_from_triangles(const Mesh& mesh, const Point& p) {
   return least;
 }
 
-// Projected on the plane of a face or the line of an edge, the closest point is that on the triangle, up to rounding.
+// Projected on the plane of a face or the line of an edge it is what it is on the triangle, but for rounding.
 TEST(TriangleOctree, ProjectionOnAFeatureKeepsTheDistance) {
   const Device device;
   for (const Mesh& mesh : {slivers(), generate(SphereShape{0.3, 3}), scan("armadillo")}) {
@@ -215,41 +216,41 @@ TEST(TriangleOctree, ProjectionOnAFeatureKeepsTheDistance) {
   }
 }
 
-// Over a face whose neighbours lie in its plane, the radius is the distance to the closest of them, less the slack of
-// the bound.
-TEST(TriangleOctree, AFeatureStaysTheClosestForALargePartOfTheWayToTheNext) {
+// Over a face whose neighbours lie in its plane: as far as it is to the nearest of them, but for what the bound gives
+// away.
+TEST(TriangleOctree, AFeatureHoldsForALargePartOfTheWayToTheNext) {
   const Device device;
   const Surface grid(device, generate(GridShape{{1, 1}, {10, 10}}));
   const Point p{0.02, 0.01, 0.53};  // over a triangle with legs of 0.1, whose longest side is the closest
   const double way = 0.01 / std::sqrt(2);
   const int cell = grid.make_cell(p);
   ASSERT_GT(cell, 0);
-  const NearMesh& mesh = grid.view().cells;
+  const OctreeView& mesh = grid.view().cells;
   const OctreeNode& of = mesh.cells[cell];
   PointTriangleBatch<NativeIsa> pairs(mesh);
-  pairs.add(grid.view().in_near_mesh(p), mesh.lists + of.first, of.count);
+  pairs.add(grid.view().relative_to_centre(p), mesh.lists + of.first, of.count);
   pairs.measure();
-  const double holds = pairs.holds_within(0, pairs.nearest(0), INFINITY, static_cast<double>(of.error));
+  const double holds = pairs.validity_radius(0, pairs.nearest(0), INFINITY, static_cast<double>(of.error));
   EXPECT_GT(holds, 0.4 * way);
   EXPECT_LE(holds, way);
 }
 
-// A ball's centre is equally near to all of its triangles, so that a list would have all of them.
-TEST(TriangleOctree, HasNoListWhereTooManyTrianglesAreEquallyNear) {
+// A ball's centre is equally near to all of its triangles: there no list helps.
+TEST(TriangleOctree, HaveNoListWhereTooManyTrianglesAreEquallyNear) {
   const Device device;
   const Surface ball(device, generate(SphereShape{1, 4}));
   EXPECT_EQ(ball.make_cell({1e-9, 0, 0}), 0);
   EXPECT_GT(ball.make_cell({0.9, 0.3, 0.2}), 0);
 }
 
-TEST(TriangleOctree, IsBuiltAnewWhenItsMemoryIsUsedUp) {
+TEST(TriangleOctree, StartAnewWhenTheirMemoryIsUsedUp) {
   const Device device;
   Surface ball(device, generate(SphereShape{1, 3}));
   Random random(7);
   bool began_anew = false;
   for (int i = 0; i < 200'000 && !began_anew; ++i) {
     ball.make_cell(random.in_cube(1.1));
-    began_anew = ball.tidy();
+    began_anew = ball.reset_if_full();
   }
   EXPECT_TRUE(began_anew);
   const Point p{0.7, 0.6, 0.5};

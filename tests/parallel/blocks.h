@@ -380,7 +380,7 @@ void parallel_reduce_into(const Blocks& executor, int n, const Kernel& kernel, V
 template <class Kernel>
 void parallel_for_interleaved(const Blocks& executor, int groups, const Kernel& kernel,
                               const ScratchMemory& memory = {}) {
-  if constexpr (kAsksTheHost<Kernel>)
+  if constexpr (kRunsOnHost<Kernel>)
     parallel_for_interleaved(Serial{executor.instructions}, groups, kernel);
   else
     parallel_groups(executor, 0, groups, memory, kernel);

@@ -248,7 +248,7 @@ TEST(SelfContactsOnBlocks, HaveTheHostsBits) {
 void expect_no_address_of_the_host(const std::set<std::string>& before) {
   for (const std::string& name : HostAddresses::kernels_found()) {
     if (before.contains(name)) continue;
-    const bool asks = std::ranges::any_of(std::array{"MeasureDepth<", "AnswerByLists<", "GivePlaces<"},
+    const bool asks = std::ranges::any_of(std::array{"MeasureDepth<", "QueryOctree<", "AllocateEntries<"},
                                           [&](const char* kernel) { return has(name, kernel); });
     EXPECT_TRUE(asks) << name;
   }

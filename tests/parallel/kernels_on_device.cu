@@ -85,37 +85,39 @@ template void instantiate_filters<double>();
 template <class R>
 void instantiate_all() {
   instantiate_groups<SolvePatch<R>, SolveCoarsePatch<R>, Restrict<R>, Prolongate<R>, Pieces<SumPartialRestrictions<R>>,
-                     BroadPhaseTest<R>, MeasureRoom<R>>();
-  instantiate<ReconstructPrevious<R>, KeepHeld<R>, MeasureRuns<R>, RefineMassShares<R>, StartLocal<R>, MoveLocal<R>>();
-  instantiate<FindEdgePairs<R, false>, FindEdgePairs<R, true>, LayEdgeContacts<R>, EnterParticles<R>>();
+                     BroadPhaseTest<R>, MeasureClearance<R>>();
+  instantiate<ReconstructPrevious<R>, CommitClamped<R>, MeasureRuns<R>, RefineMassShares<R>, StartLocal<R>,
+              MoveLocal<R>>();
+  instantiate<FindEdgePairs<R, false>, FindEdgePairs<R, true>, BuildEdgeContacts<R>, ListContactEnds<R>>();
   instantiate_groups<MeasureMomenta<R, R, false, false>, MeasureMomenta<R, R, false, true>,
                      MeasureMomenta<R, R, true, false>, MeasureMomenta<R, double, false, true>, NoteMomenta,
                      AddRigidMotion<R>, DampTowardsRigid<R>>();
   instantiate<ComputeMomentumCorrection<R>, FindRigidMotion<R>, FindMean, SumTorque<R>, FindTurn>();
-  instantiate<Predict<R>, Drag<R>, UpdateState<R>, ArriveAll<R>, TakeOrigins<R>>();
+  instantiate<Predict<R>, Drag<R>, UpdateState<R>, CommitPositions<R>, StoreOrigins<R>>();
   instantiate<SumMass<R>, MeasureMotion<R>>();
   instantiate<EnclosedVolume<Points<R>>, EnclosedVolume<Displaced<R>>, PressureGradient<R>, MeasureInertia<R>,
               SumAlongPressure<R>, PutPressure<R>, ApplyFilteredPressure<R>, ApplyPressure<R>>();
-  instantiate<ReduceRun<Largest, MeasureBeyondReach<R>>, LimitReach<R>, FacesInAir<R>, BlowOnParticles<R>,
+  instantiate<ReduceRun<Largest, MeasureTetherExcess<R>>, LimitTethers<R>, FacesInAir<R>, BlowOnParticles<R>,
               MeasureSpeed<R>, MeasureBounds<R>, Still<R>>();
-  instantiate<Place<R>, Arrive<R>, SetInverseMass<R>, Attach<R>, MeasureAttachment<R>, GatherOwn<R, Points<R>>,
-              GatherOwn<R, Displaced<R>>, ScatterOwn<R>>();
+  instantiate<MoveToTarget<R>, ArriveAtTarget<R>, SetInverseMass<R>, SolveAttachment<R>, MeasureAttachment<R>,
+              GatherOwn<R, Points<R>>, GatherOwn<R, Displaced<R>>, ScatterOwn<R>>();
   instantiate<ResolveContact<R>, ApplyRestitution<R>, CountContact<R>, InvalidateContacts<R>>();
-  instantiate<BoxParticles<R>, SumMotion<R>, OwnMotion<R>, StartSearch<R>, CountMeetings<R>>();
+  instantiate<BoxParticles<R>, SumMotion<R>, CheckCandidateBounds<R>, InitCandidateSearch<R>,
+              CountOverlappingCandidates<R>>();
   instantiate<EstimateMassShares<R>, SplitMasses<R>, SolveContactsJacobi<R, ObjectFriction<R>>,
-              GatherPushes<R, TurnToWorld>, CountPushing<R>>();
-  instantiate<FindCrossing<R>, HoldParticles<R, PlaceLocal<R>>, SumHeld<R>, SumHeldMotion<R>, AddRigidGain<R>,
-              NoteMotion<R>, NoteChange<R>, LimitSpeed<R>, CopyPoints<R>, CopyPoints<R, Displaced<R>>,
-              CopyPoints<R, FromOrigin<R>>, CountFixed<R>, MarkDriven<R>>();
-  instantiate<ComputeDisplacements<R>, ApplyDisplacements<R>, CheckSweptBounds<R>, FindCommon<R>, ClampToSweptBounds<R>,
-              InitSweptBounds<R>, ComputeSweptAabbs<R>>();
-  instantiate<RefitLeaves<R>, RefitLevel<R>, CountPushes<R>, SumLeft<R>, TruncateDisplacements<R>>();
-  instantiate_groups<FindPairsTogether<R>, NarrowPhase<R>, SolveContacts<R, false>, SolveContacts<R, true>,
+              ApplyImpulses<R, TurnToWorld>, CountPushing<R>>();
+  instantiate<FindEdgeViolations<R>, TruncateParticles<R, SetFromLocal<R>>, SumTruncation<R>, SumTruncatedMotion<R>,
+              AddRigidCorrection<R>, SaveMotion<R>, ComputeTruncationChange<R>, LimitSpeed<R>, CopyPoints<R>,
+              CopyPoints<R, Displaced<R>>, CopyPoints<R, FromOrigin<R>>, CountFixed<R>, MarkPushed<R>>();
+  instantiate<ComputeDisplacements<R>, ApplyDisplacements<R>, CheckSweptBounds<R>, StoreCommonMotion<R>,
+              ClampToSweptBounds<R>, InitSweptBounds<R>, ComputeSweptAabbs<R>>();
+  instantiate<RefitLeaves<R>, RefitLevel<R>, CountPushes<R>, SumViolations<R>, TruncateDisplacements<R>>();
+  instantiate_groups<FindCandidatesCooperatively<R>, NarrowPhase<R>, SolveContacts<R, false>, SolveContacts<R, true>,
                      FindViolations<R>, MarkViolating<R>, ComputeTruncation<R>, PushByKinematic<R>,
                      MoveWithKinematic<R>>();
 }
 
-template void instantiate<CountDigits, PlaceDigits, MoveByDigit, FindBegins, SumPart, SumParts, SumBefore, ForgetCells,
+template void instantiate<CountDigits, PlaceDigits, MoveByDigit, FindBegins, SumPart, SumParts, SumBefore, ResetCells,
                           StartPressure, PushPressure>();
 
 template void instantiate_all<float>();

@@ -98,15 +98,15 @@ struct MadeUp {
 /// Offsets of the parts of a state of `crowded`: 25 particles, and a group of them at each of two meshes.
 struct PlacesOfState {
   static constexpr std::size_t n = 25, lows = 8 + 6 * n * sizeof(float), counts = lows + 3 * n * sizeof(float),
-                               boxes = counts + 16, places = boxes + 2 * sizeof(WordBox);
+                               boxes = counts + 16, places = boxes + 2 * sizeof(GroupBox);
   std::size_t pairs, near, rest;
   explicit PlacesOfState(const MadeUp& made) : pairs(made.at<std::int64_t>(counts + 8)) {
     EXPECT_EQ(made.at<std::int64_t>(counts), 2);
     std::size_t without = 0;
     for (const std::size_t mesh : {0, 1})
-      without += made.at<WordBox>(boxes + mesh * sizeof(WordBox)).is_of_each() ? n : 0;
+      without += made.at<GroupBox>(boxes + mesh * sizeof(GroupBox)).has_entries() ? n : 0;
     EXPECT_GT(without, 0u);
-    near = places + without * sizeof(PlaceSeen), rest = near + pairs * sizeof(SeenOfPair);
+    near = places + without * sizeof(CacheEntry), rest = near + pairs * sizeof(PairRecord);
   }
 };
 
@@ -121,7 +121,7 @@ TEST(ForgedCheckpoint, OfATriangleThatTheMeshLacksIsRefused) {
   ASSERT_GT(pairs, 0u);
   for (std::size_t k = 0; k < pairs; ++k)
     for (const std::int64_t triangle : kBeyond)
-      EXPECT_TRUE(has(made.refusal(made.with(seen + k * sizeof(SeenOfPair) + offsetof(SeenOfPair, seen) +
+      EXPECT_TRUE(has(made.refusal(made.with(seen + k * sizeof(PairRecord) + offsetof(PairRecord, record) +
                                                  offsetof(ClosestPointRecord, triangle),
                                              triangle)),
                       "contacts: found triangle " + std::to_string(triangle) + "; allowed: -1 to 79"));
@@ -136,7 +136,7 @@ TEST(ForgedCheckpoint, OfPairsThatAreNotThereIsRefused) {
     EXPECT_TRUE(has(made.refusal(made.with(of.counts + 8, many)), "contacts: found " + std::to_string(many)));
   EXPECT_TRUE(has(made.refusal(made.with(of.counts + 8, std::int64_t(of.pairs) - 1)), "state: found "));
   for (const std::int64_t pair : {std::int64_t{-1}, std::int64_t{50}, std::numeric_limits<std::int64_t>::min()})
-    EXPECT_TRUE(has(made.refusal(made.with(of.near + (of.pairs - 1) * sizeof(SeenOfPair), pair)),
+    EXPECT_TRUE(has(made.refusal(made.with(of.near + (of.pairs - 1) * sizeof(PairRecord), pair)),
                     "contacts: found pair " + std::to_string(pair)));
 }
 
@@ -170,7 +170,7 @@ TEST(ForgedCheckpoint, WithoutFiniteNumbersIsRefused) {
     EXPECT_TRUE(has(made.refusal(made.with(distances, bad)), "contact distance: found " + shown(bad)));
     EXPECT_EQ(has(made.refusal(made.with(of.places, bad)), "contacts: found places that are no numbers"),
               !std::isfinite(bad));
-    EXPECT_EQ(has(made.refusal(made.with(seen + offsetof(SeenOfPair, seen), double(bad))),
+    EXPECT_EQ(has(made.refusal(made.with(seen + offsetof(PairRecord, record), double(bad))),
                   "contacts: found places that are no numbers"),
               !std::isfinite(bad));
   }

@@ -80,10 +80,10 @@ std::array<int, 5> named(bool edges, const std::array<int, 4>& i) {
 }
 
 template <class R>
-std::set<std::array<int, 5>> found_by(const PairSearch<Serial, R>& search, int units) {
+std::set<std::array<int, 5>> found_by(const PairSearch<Serial, R>& search, int clusters) {
   std::set<std::array<int, 5>> found;
   const Pairs<R> pairs = search.pairs();
-  for (int u = 0; u < units; ++u)
+  for (int u = 0; u < clusters; ++u)
     pairs.patches[u].for_each_block([&](int b, int section) {
       const ContactBlock<R>& block = pairs.blocks[b];
       std::multiset<int> particles;
@@ -109,7 +109,7 @@ TYPED_TEST(PairSearchOf, ATangleFindsAllThatCanComeNear) {
   for (const unsigned seed : {1u, 2u}) {
     const Tangle<R> tangle(seed);
     const PairSearch<Serial, R> search = tangle.search();
-    const std::set<std::array<int, 5>> found = found_by(search, search.units());
+    const std::set<std::array<int, 5>> found = found_by(search, search.clusters());
     ASSERT_GT(found.size(), 300u);
     EXPECT_EQ(static_cast<std::int64_t>(found.size()), search.found());
     const std::vector<Vec4<R>> from = search.from().download(), way = search.way().download();
@@ -161,9 +161,9 @@ TYPED_TEST(PairSearchOf, ATangleFindsTheSameOnAnyNumberOfThreadsAndAgain) {
   using R = TypeParam;
   const Tangle<R> tangle(3);
   PairSearch<Serial, R> search = tangle.search();
-  const auto first = found_by(search, search.units());
+  const auto first = found_by(search, search.clusters());
   search.search_again();
-  EXPECT_EQ(found_by(search, search.units()), first);
+  EXPECT_EQ(found_by(search, search.clusters()), first);
 }
 
 // No particle is in two patches of a phase.
@@ -178,8 +178,9 @@ TYPED_TEST(PairSearchOf, ATangleHasColoursOfPatchesThatShareNothing) {
     search.in_phase(Serial{}, phase, [&](const auto& group) { patches.push_back(group.index); });
     std::set<int> seen;
     for (const int u : patches)
-      for (int k = 0; k < pairs.patches[u].touches; ++k)
-        EXPECT_TRUE(seen.insert(pairs.touched[pairs.patches[u].touched + k]).second) << "phase " << phase;
+      for (int k = 0; k < pairs.patches[u].particle_count; ++k)
+        EXPECT_TRUE(seen.insert(pairs.patch_particles[pairs.patches[u].patch_particles + k]).second)
+            << "phase " << phase;
   }
 }
 

@@ -18,8 +18,8 @@ struct HeldCloud {
 
 constexpr Vector3<double> kHeldOrigin{100, 0, 0};
 
-HeldSums sums_of(const HeldCloud& cloud) {
-  HeldSums sums;
+TruncationSums sums_of(const HeldCloud& cloud) {
+  TruncationSums sums;
   for (std::size_t i = 0; i < cloud.mass.size(); ++i) {
     const double m = cloud.mass[i];
     const Vector3<double> r = cloud.to[i] - kHeldOrigin;
@@ -65,7 +65,7 @@ HeldMomenta momenta_of(const HeldCloud& cloud, const std::vector<Vector3<double>
   return sums;
 }
 
-std::vector<Vector3<double>> given_back(const HeldCloud& cloud, const RigidGain& gain) {
+std::vector<Vector3<double>> given_back(const HeldCloud& cloud, const RigidCorrection& gain) {
   std::vector<Vector3<double>> v;
   for (std::size_t i = 0; i < cloud.to.size(); ++i) {
     const Vector3<double> arm = cloud.to[i] - kHeldOrigin - gain.centre;
@@ -78,8 +78,8 @@ TEST(RigidMomentumFit, RestoresBothMomentaAndLeavesTheOtherMotion) {
   for (const bool flat : {false, true}) {
     Random random(3);
     const HeldCloud cloud = held_cloud(random, flat, {0.1, -0.2, 0}, 0);
-    const RigidGain gain = rigid_return(sums_of(cloud));
-    EXPECT_EQ(gain.kept, 1);  // random motion has lost half of its energy
+    const RigidCorrection gain = fit_rigid_momentum(sums_of(cloud));
+    EXPECT_EQ(gain.kept, 1);  // what moved at random has lost half of its energy
     const HeldMomenta before = momenta_of(cloud, cloud.from, cloud.before),
                       after = momenta_of(cloud, cloud.to, given_back(cloud, gain));
     EXPECT_LT(norm(after.linear - before.linear), 1e-12);
@@ -94,7 +94,7 @@ TEST(RigidMomentumFit, AddsNoEnergy) {
   for (const double speed : {1.0, 10.0, 1000.0}) {
     Random random(5);
     const HeldCloud cloud = held_cloud(random, false, {0, speed, 0}, 0.2);
-    const RigidGain gain = rigid_return(sums_of(cloud));
+    const RigidCorrection gain = fit_rigid_momentum(sums_of(cloud));
     const HeldMomenta before = momenta_of(cloud, cloud.from, cloud.before),
                       after = momenta_of(cloud, cloud.to, given_back(cloud, gain));
     if (speed > 1) {
@@ -116,7 +116,7 @@ TEST(RigidMomentumFit, TurnsOnlyAsFastAsEnergyAllows) {
     cloud.to[i] = kHeldOrigin + r * 0.5;
   }
   const HeldMomenta before = momenta_of(cloud, cloud.from, cloud.before),
-                    after = momenta_of(cloud, cloud.to, given_back(cloud, rigid_return(sums_of(cloud))));
+                    after = momenta_of(cloud, cloud.to, given_back(cloud, fit_rigid_momentum(sums_of(cloud))));
   EXPECT_LT(norm(after.linear - before.linear), 1e-12 * norm(before.spin));
   EXPECT_LT(after.energy, before.energy * (1 + 1e-12));
   EXPECT_GT(after.energy, before.energy * 0.99) << "as fast as that";
@@ -126,11 +126,11 @@ TEST(RigidMomentumFit, LeavesWhatLostNothing) {
   Random random(4);
   HeldCloud cloud = held_cloud(random, false, {1, 2, 3}, 1);
   cloud.to = cloud.from;
-  const RigidGain gain = rigid_return(sums_of(cloud));
+  const RigidCorrection gain = fit_rigid_momentum(sums_of(cloud));
   EXPECT_NEAR(gain.kept, 1, 1e-14);
   EXPECT_LT(norm(gain.velocity), 1e-14);
   EXPECT_LT(norm(gain.omega), 1e-12);
-  EXPECT_EQ(rigid_return({}).kept, 1);
+  EXPECT_EQ(fit_rigid_momentum({}).kept, 1);
 }
 
 }  // namespace
