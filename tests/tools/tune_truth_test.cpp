@@ -44,7 +44,7 @@ KnownMotion by_runge_kutta(const std::string& name, const Scene& scene) {
   TuneRun truth;
   int done = 0;
   for (const int moment : moments(scene, kSeconds)) {
-    for (const auto release_time = std::lround(moment * scene.solver.dt / h); done < release_time; ++done)
+    for (const auto last_step = std::lround(moment * scene.solver.dt / h); done < last_step; ++done)
       rk4(*system, h, state);
     truth.at.emplace_back();
     for (int i = 0; i < system->count(); ++i)
@@ -83,7 +83,7 @@ KnownMotion rigid_pendulum() {
   constexpr double h = 1e-6;
   long done = 0;
   for (const int moment : moments(motion.scene, kSeconds)) {
-    for (const long release_time = std::lround(moment * motion.scene.solver.dt / h); done < release_time; ++done) {
+    for (const long last_step = std::lround(moment * motion.scene.solver.dt / h); done < last_step; ++done) {
       omega -= h / 2 * 9.81 / l * std::sin(theta);
       theta += h * omega;
       omega -= h / 2 * 9.81 / l * std::sin(theta);
@@ -214,7 +214,7 @@ TuneRun breathing_by_verlet(const Scene& scene) {
   TuneRun truth;
   long done = 0;
   for (const int moment : moments(scene, scene.duration)) {
-    for (const long release_time = std::lround(moment * scene.solver.dt / h); done < release_time; ++done) {
+    for (const long last_step = std::lround(moment * scene.solver.dt / h); done < last_step; ++done) {
       kick(h / 2);
       for (std::size_t i = 0; i < x.size(); ++i)
         for (int c = 0; c < 3; ++c) x[i][c] += h * v[i][c];
