@@ -99,7 +99,7 @@ int run(const Arguments& arguments) {
   try {
     malha::ProgressReporter progress(arguments.quiet);
     options.warn = [&](const std::string& line) { progress.warn(arguments.scene_label(), line); };
-    options.doing = [&progress](const char* what) { progress.doing(what); };
+    options.on_activity = [&progress](const char* what) { progress.doing(what); };
     result = malha::run(
         scene, simulation_options(arguments, progress), options, [&progress](const auto& now) { progress(now); }, stop);
   } catch (const malha::Diverged&) {
@@ -146,13 +146,14 @@ int plan(const Arguments& arguments) {
   if (!arguments.json) std::cout << malha::printable_lines(malha::list_amplifications(model, amplifications));
   for (const std::string& line : malha::growth_warnings(model, amplifications))
     malha::ProgressReporter(arguments.quiet).warn(arguments.scene_label(), line);
-  std::optional<malha::DeviceEstimate> demand;
-  if (!arguments.machine.empty()) demand = malha::plan_for(*simulation, malha::machine_named(arguments.machine));
+  std::optional<malha::DeviceEstimate> estimate;
+  if (!arguments.machine.empty())
+    estimate = malha::estimate_device(*simulation, malha::machine_named(arguments.machine));
   if (arguments.json) {
-    std::cout << malha::plan_json(*simulation, demand ? &*demand : nullptr, &amplifications);
+    std::cout << malha::plan_json(*simulation, estimate ? &*estimate : nullptr, &amplifications);
     return malha::kDone;
   }
-  if (demand) std::cout << malha::list_demand(*demand);
+  if (estimate) std::cout << malha::list_device_estimate(*estimate);
   return malha::kDone;
 }
 

@@ -129,7 +129,7 @@ void list_edges(std::ostream& out, const SolverStats& facts) {
 
 /// Every pass that exists in this scene, in its order, with its launches a step.
 void list_passes(std::ostream& out, const Model& model, const SolverStats& facts) {
-  for (const PassOfAStep& pass : passes_of_a_step(model, facts)) {
+  for (const StepPass& pass : step_passes(model, facts)) {
     out << "  " << pass.name << ": " << (pass.at_least ? "at least " : "");
     out << counted(pass.launches, "launch", "launches") << pass.remark << "\n";
   }
@@ -169,7 +169,7 @@ std::string plan(const Simulation& simulation) {
   if (scene.sleep)
     out << "sleep: when no particle has been faster than " << scene.sleep->speed << " m/s for " << scene.sleep->after
         << " s\n";
-  if (const std::string coarse = coarse_resolution(model, model.look.points); !coarse.empty())
+  if (const std::string coarse = resolution_warning(model, model.look.points); !coarse.empty())
     out << "resolution: " << coarse << "\n";
   for (const auto& body : model.tetrahedra) out << "tetrahedra: " << body.size() << "\n";
   if (model.zero_area_faces > 0) out << "left out: " << counted(model.zero_area_faces, "face") << " without area\n";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What would run, before it runs.
+// The plan of a scene: what its steps launch and which memory it takes, before it runs.
 #pragma once
 #include <optional>
 #include <string>
@@ -16,9 +16,9 @@ struct DeviceEstimate;  // host/report/device_estimate.h
 std::string plan(const Simulation& simulation);
 
 /// The same as JSON, with snake_case names and the unit as suffix, and after the first step what that launched.
-/// `demand`: what a step asks of a machine, where that was asked for.
+/// `estimate`: of a step on a machine, if one was named.
 /// `amplifications`: of each body, where they were measured.
-std::string plan_json(const Simulation& simulation, const DeviceEstimate* demand = nullptr,
+std::string plan_json(const Simulation& simulation, const DeviceEstimate* estimate = nullptr,
                       const std::vector<std::optional<Amplification>>* amplifications = nullptr);
 
 /// The most memory that this process has held, with all that libraries hold, and what a checkpoint adds to it.

@@ -50,22 +50,22 @@ Json constraints(const Model& model, const SolverStats& facts) {
   return all;
 }
 
-Json of_demand(const DeviceEstimate& demand) {
-  Json json{{"machine", demand.machine.name}, {"launches_a_step", demand.launches}};
-  if (demand.phases == 0) return json;
-  json["patch_colors"] = demand.phases, json["groups_at_once"] = demand.at_once;
-  json["groups_fewest"] = demand.groups_fewest, json["groups_most"] = demand.groups_most;
-  json["group_bytes_most"] = demand.group_bytes, json["fits_fast_memory"] = !demand.is_too_large();
-  json["particle_bytes_a_step"] = demand.moved.particle_bytes;
-  json["constraint_bytes_a_step"] = demand.moved.constraint_bytes;
-  json["bytes_per_second"] = demand.bytes_per_second, json["memory_ms"] = demand.ms();
-  json["not_counted"] = demand.not_counted;
+Json json_of_estimate(const DeviceEstimate& estimate) {
+  Json json{{"machine", estimate.machine.name}, {"launches_a_step", estimate.launches}};
+  if (estimate.phases == 0) return json;
+  json["patch_colors"] = estimate.phases, json["groups_at_once"] = estimate.groups_at_once;
+  json["groups_fewest"] = estimate.groups_fewest, json["groups_most"] = estimate.groups_most;
+  json["group_bytes_most"] = estimate.group_bytes, json["fits_fast_memory"] = !estimate.is_too_large();
+  json["particle_bytes_a_step"] = estimate.traffic.particle_bytes;
+  json["constraint_bytes_a_step"] = estimate.traffic.constraint_bytes;
+  json["bytes_per_second"] = estimate.bytes_per_second, json["memory_ms"] = estimate.ms();
+  json["not_counted"] = estimate.not_counted;
   return json;
 }
 
 }  // namespace
 
-std::string plan_json(const Simulation& simulation, const DeviceEstimate* demand,
+std::string plan_json(const Simulation& simulation, const DeviceEstimate* estimate,
                       const std::vector<std::optional<Amplification>>* amplifications) {
   const Model& model = simulation.model();
   const SolverStats& facts = simulation.solver().facts();
@@ -93,7 +93,7 @@ std::string plan_json(const Simulation& simulation, const DeviceEstimate* demand
   if (const auto& filter = facts.filter)
     json["filter"] = {{"kind", filter->kind}, {"why", filter->why}, {"storage", filter->storage}};
   json["launches_a_step"] = Json::object();
-  for (const PassOfAStep& pass : passes_of_a_step(model, facts)) json["launches_a_step"][pass.name] = pass.launches;
+  for (const StepPass& pass : step_passes(model, facts)) json["launches_a_step"][pass.name] = pass.launches;
   for (const auto& [owner, bytes] : memory_parts(model, facts))
     json["memory"][owner + "_bytes"] = static_cast<std::size_t>(bytes);
   json["memory"]["peak_mib"] = peak_memory_mib();
@@ -108,7 +108,7 @@ std::string plan_json(const Simulation& simulation, const DeviceEstimate* demand
                                        {"growth_per_s", of->growth},
                                        {"damping_per_s", of->damping},
                                        {"measured_s", of->seconds}});
-  if (demand) json["for"] = of_demand(*demand);
+  if (estimate) json["for"] = json_of_estimate(*estimate);
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";  // a name may have any bytes
 }
 

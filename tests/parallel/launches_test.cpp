@@ -24,7 +24,7 @@ Json traced_cloth() {
 
 struct Traced {
   std::vector<Launches> launches;  // of the first step
-  Parts bytes;                     // by owner
+  NamedNumbers bytes;              // by owner
   std::int64_t of(const std::string& kernel) const {
     const auto at = std::find_if(launches.begin(), launches.end(), [&](const auto& l) { return l.kernel == kernel; });
     return at == launches.end() ? 0 : at->launches;

@@ -64,8 +64,8 @@ void mark(int particle, const Place& from, const Vec3& to, Coloured& picture) {
 /// Particles that touch, and the normals of what they touch.
 void by_contact(const Frame& frame, const Contacts& contacts, Coloured& to) {
   std::fill(to.colours.begin(), to.colours.end(), kPale);
-  const std::vector<Touch> touches = contacts(places(frame), frame.time);
-  for (const Touch& touch : touches) {
+  const std::vector<ContactPoint> touches = contacts(places(frame), frame.time);
+  for (const ContactPoint& touch : touches) {
     Vec3 end = touch.at;
     for (std::size_t k = 0; k < 3; ++k) end[k] += 2 * frame.body->spacing * touch.normal[k];
     mark(touch.particle, place_of(touch.at), end, to);
