@@ -21,7 +21,7 @@ namespace {
 const std::vector<std::string> kFirstWords{"run",  "view",  "picture", "page",   "plan", "check",
                                            "tune", "bench", "study",   "--help", "-h",   "--version"};
 
-/// An option by its name and what it takes: what excludes what is said by the words beside it.
+/// Formats an option as its name and the type of its value; its help text says what it excludes.
 struct Formatter : CLI::Formatter {
   std::string make_option_opts(const CLI::Option* option) const override {
     return option->get_type_name().empty() ? "" : " " + option->get_type_name();
@@ -62,7 +62,7 @@ void add_results(CLI::App& command, Arguments& arguments) {
   command.add_flag("--quiet", arguments.quiet, "Say nothing but what went wrong, or may");
 }
 
-/// One line, whatever is wrong.
+/// Returns the error message, a single line.
 std::string complaint(const CLI::App& app, const CLI::Error& error) {
   std::string name = "malha";
   const CLI::App* last = &app;
@@ -78,7 +78,7 @@ std::string complaint(const CLI::App& app, const CLI::Error& error) {
         what = option->get_name() + ": found " + std::to_string(option->count()) + " times; allowed: once";
   if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::ExtrasError)) {
     std::vector<std::string> extras = command.remaining(), options;
-    // CLI11 gives the words in the order in which it gave up on them; an option says more than a word.
+    // CLI11 lists the unknown words in the order of its parsing; an option is reported first.
     const auto dashed = std::find_if(extras.begin(), extras.end(), [](const auto& word) { return word[0] == '-'; });
     const std::string word = dashed != extras.end() ? *dashed : extras.front();
     for (const CLI::Option* option : command.get_options())
@@ -89,7 +89,7 @@ std::string complaint(const CLI::App& app, const CLI::Error& error) {
   return name + ": " + what + "; see " + name + " --help\n";
 }
 
-/// The words as typed; without --resume, which a run that goes on has once.
+/// Returns the command line as typed, without --resume, which is added to continue the run.
 std::string typed(int argc, char** argv) {
   std::string line = "malha";
   for (int i = 1; i < argc; ++i)
@@ -214,7 +214,7 @@ std::optional<int> parse_arguments(int argc, char** argv, Arguments& arguments) 
     std::cerr << line << "\n";
     return kBadInput;
   }
-  if (const std::optional<int> status = hand_over_or_refuse(argc, argv)) return status;
+  if (const std::optional<int> status = exec_or_refuse(argc, argv)) return status;
   CLI::App app{"Deformable bodies: cloth, balloons and soft solids in data-parallel batches.", "malha"};
   add_everything(app, arguments);
   try {

@@ -35,10 +35,10 @@ volatile std::sig_atomic_t stopped_by = 0;
 void on_signal(int signal) {
   stop = true;
   stopped_by = signal;
-  std::signal(signal, SIG_DFL);  // the second one ends the run at once
+  std::signal(signal, SIG_DFL);  // a second signal ends the run at once
 }
 
-/// A shell that starts a job in the background lets it ignore Ctrl-C: so it stays.
+/// Leaves a signal ignored if it was, as Ctrl-C is for background jobs of a shell.
 void catch_signal(int signal) {
   if (std::signal(signal, on_signal) == SIG_IGN) std::signal(signal, SIG_IGN);
 }
@@ -56,7 +56,7 @@ malha::SimulationOptions simulation_options(const Arguments& arguments, malha::P
   return options;
 }
 
-/// The scene with what the command line says instead.
+/// Loads the scene and applies the options of the command line.
 malha::Scene load(const Arguments& arguments) {
   malha::Scene scene = malha::load_scene(arguments.scene);
   malha::OutputSpec& outputs = scene.outputs;
@@ -94,12 +94,13 @@ int run(const Arguments& arguments) {
   options.steps = last_step(arguments, scene);
   if (arguments.seconds) options.rounding = malha::rounding_of("--seconds", *arguments.seconds, scene.solver.dt);
   options.resume = arguments.resume;
-  options.ready = catch_signals;  // before that there is nothing to save: a signal ends the command at once
+  options.ready =
+      catch_signals;  // before set-up is done there is nothing to save, and a signal ends the command at once
   malha::RunResult result;
   try {
     malha::ProgressReporter progress(arguments.quiet);
     options.warn = [&](const std::string& line) { progress.warn(arguments.scene_label(), line); };
-    options.on_activity = [&progress](const char* what) { progress.doing(what); };
+    options.on_activity = [&progress](const char* what) { progress.show_activity(what); };
     result = malha::run(
         scene, simulation_options(arguments, progress), options, [&progress](const auto& now) { progress(now); }, stop);
   } catch (const malha::Diverged&) {
@@ -158,7 +159,7 @@ int plan(const Arguments& arguments) {
 }
 
 int check(const Arguments& arguments) {
-  // All that run and plan do before the first step, so that it refuses what they refuse.
+  // It does all that run and plan do before the first step, so that it refuses the same scenes.
   const malha::Simulation simulation(malha::load_scene(arguments.scene));
   malha::check_frames(simulation,
                       malha::whole_steps(simulation.model().scene.duration, simulation.model().scene.solver.dt));
@@ -195,7 +196,7 @@ int dispatch(const Arguments& arguments) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  malha::outlive_readers();
+  malha::ignore_closed_streams();
   Arguments arguments;
   std::string scene = "malha";
   const auto say = [](const std::string& line) { std::cerr << malha::printable(line) << "\n"; };
@@ -209,7 +210,7 @@ int main(int argc, char** argv) {
     say(error.what());
     return malha::kOutOfMemory;
   } catch (const malha::InputError& error) {
-    std::cerr << malha::printable_lines(error.what()) << "\n";  // a line for each fault
+    std::cerr << malha::printable_lines(error.what()) << "\n";  // one line for each error
     return malha::kBadInput;
   } catch (const malha::Diverged& error) {
     say(scene + ": diverged at " + error.what());

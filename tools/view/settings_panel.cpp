@@ -8,7 +8,7 @@ namespace malha::view {
 
 namespace {
 
-/// True once a number was typed or a slider let go of.
+/// Returns true once a number was entered or a slider released.
 bool done() { return ImGui::IsItemDeactivatedAfterEdit(); }
 
 bool number(const char* name, double& value, const char* unit = "") {
