@@ -84,7 +84,7 @@ void clear(PythonConstraint& constraint) { *constraint.function = py::none(); }
 void add_constraint(py::module_& module) {
   py::class_<PythonConstraint>(
       module, "Constraint", py::custom_type_setup(&collect_cycles<PythonConstraint, visit, clear>),
-      "A constraint C(x) = 0 of your own, to try an idea. It is slow: the function is called for every batch of\n"
+      "A user-defined constraint C(x) = 0, to try an idea. It is slow: the function is called for every batch of\n"
       "constraints that share no particle, in every iteration of every substep. A kernel takes nanoseconds instead.")
       .def(
           py::init(&make_constraint), "particles"_a, "function"_a, "compliance"_a = 0.0, "name"_a = "user",

@@ -152,7 +152,7 @@ void Session::advance(bool by_substeps) {
       }
     } catch (const Diverged& error) {
       diverged_[s] = sides_[s]->diverged_particle(), running_ = false;
-      say(std::string("diverged at ") + error.what() + "; the particle blinks; reset, or go back", true);
+      say(std::string("diverged at ") + error.what() + "; the particle blinks; reset, or show an earlier moment", true);
     }
   }
   if (by_substeps) merge_substeps(parts);
@@ -294,7 +294,7 @@ void Session::change(std::size_t side, const Scene& scene) {
       ++snapshot_.refused;
       throw;
     }
-    say("laid out anew in " + shown(std::round(10 * sides_[side]->set_up_ms()) / 10) + " ms");
+    say("set up again in " + shown(std::round(10 * sides_[side]->set_up_ms()) / 10) + " ms");
     store_moment();
     due_ = Clock::now();
   });
@@ -328,7 +328,7 @@ void Session::substep() {
     std::size_t bytes = 0;
     for (const auto& side : sides_) bytes += side->bytes_of_substeps();
     if (bytes > history_.room())
-      throw InputError("substep: found a step whose parts take " + std::to_string(bytes >> 20) +
+      throw InputError("substep: found a step whose substeps take " + std::to_string(bytes >> 20) +
                        " MB; allowed: " + std::to_string(history_.room() >> 20) + " MB");
     advance(true);
     store_last_moment();

@@ -145,7 +145,7 @@ void settings_panel(const Snapshot& now, Session& session, Choices& choices, std
   ImGui::Separator();
   changed |= bodies(scene), changed |= obstacles(scene);
   ImGui::PopItemWidth();
-  ImGui::TextWrapped("A change lays the scene out anew. The last time it took %.3g ms.", shown_side.set_up_ms);
+  ImGui::TextWrapped("A change sets the scene up again. The last time it took %.3g ms.", shown_side.set_up_ms);
   ImGui::PopID();
   if (changed) session.change(choices.side, scene);
 }
