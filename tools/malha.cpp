@@ -138,23 +138,18 @@ int plan(const Arguments& arguments) {
     simulation.emplace(load(arguments), simulation_options(arguments, progress));
     for (const std::string& line : malha::warnings(simulation->model())) progress.warn(arguments.scene_label(), line);
   }
-  if (!arguments.json) std::cout << malha::printable_lines(malha::plan(*simulation));
   simulation->step();
-  if (!arguments.json) std::cout << malha::list_process_memory(*simulation) << malha::list_launches(*simulation);
   const malha::Model& model = simulation->model();
   const auto amplifications =
       malha::measure_amplifications(model, malha::amplification_steps_of_plan(model), simulation->threads());
-  if (!arguments.json) std::cout << malha::printable_lines(malha::list_amplifications(model, amplifications));
   for (const std::string& line : malha::growth_warnings(model, amplifications))
     malha::ProgressReporter(arguments.quiet).warn(arguments.scene_label(), line);
   std::optional<malha::DeviceEstimate> estimate;
   if (!arguments.machine.empty())
     estimate = malha::estimate_device(*simulation, malha::machine_named(arguments.machine));
-  if (arguments.json) {
-    std::cout << malha::plan_json(*simulation, estimate ? &*estimate : nullptr, &amplifications);
-    return malha::kDone;
-  }
-  if (estimate) std::cout << malha::list_device_estimate(*estimate);
+  const malha::DeviceEstimate* on_machine = estimate ? &*estimate : nullptr;
+  std::cout << (arguments.json ? malha::plan_json(*simulation, on_machine, &amplifications)
+                               : malha::printable_lines(malha::plan(*simulation, on_machine, &amplifications)));
   return malha::kDone;
 }
 

@@ -242,17 +242,6 @@ double amplification_steps_of_plan(const Model& model) {
                   kProjectionsOfPlan / std::max(1.0, projections_of_a_step(model)));
 }
 
-std::string list_amplifications(const Model& model, const std::vector<std::optional<Amplification>>& all) {
-  std::string text;
-  for (std::size_t body = 0; body < all.size(); ++body) {
-    if (!all[body]) continue;
-    const Amplification& of = *all[body];
-    text += "  '" + model.scene.bodies[body].name + "': " + shown(of.of_a_substep(model.scene.solver), 4) +
-            ", growth of " + shown(of.growth, 2) + " a second; the scene damps " + shown(of.damping, 2) + " a second\n";
-  }
-  return text.empty() ? "" : "amplification of small motions about rest by a substep:\n" + text;
-}
-
 std::vector<std::string> growth_warnings(const Model& model, const std::vector<std::optional<Amplification>>& all) {
   std::vector<std::string> lines;
   for (std::size_t body = 0; body < all.size(); ++body) {

@@ -34,9 +34,6 @@ std::optional<Amplification> measure_amplification(const Scene& scene, std::size
 /// as long as `steps` steps of the scene, and leaves out bodies for which that is too little.
 std::vector<std::optional<Amplification>> measure_amplifications(const Model& model, double steps, int threads = 1);
 
-/// The lines of `malha plan` about amplifications.
-std::string list_amplifications(const Model& model, const std::vector<std::optional<Amplification>>& all);
-
 /// One warning for each body whose small motions grow.
 std::vector<std::string> growth_warnings(const Model& model, const std::vector<std::optional<Amplification>>& all);
 

@@ -2,11 +2,8 @@
 #include "host/report/device_estimate.h"
 
 #include <algorithm>
-#include <cstdio>
-#include <sstream>
 #include <vector>
 
-#include "host/base/spelling_suggestion.h"
 #include "host/base/stopwatch.h"
 #include "host/model/model.h"
 #include "host/report/plan_passes.h"
@@ -14,7 +11,6 @@
 #include "host/solver/solver.h"
 #include "kernels/environment/edge_truncate.h"
 #include "kernels/parallel/compute.h"
-#include "malha/text.h"
 
 namespace malha {
 
@@ -65,16 +61,6 @@ double measured_bandwidth(int threads) {
   return 2.0 * double(from.size()) * sizeof(float) / best;
 }
 
-std::string with_unit(double number, const char* const (&units)[4], double step) {
-  int u = 0;
-  for (; u < 3 && number >= step; ++u) number /= step;
-  char text[40];
-  std::snprintf(text, sizeof text, "%.3g %s", number, units[u]);
-  return text;
-}
-std::string bytes_text(double bytes) { return with_unit(bytes, {"B", "KiB", "MiB", "GiB"}, 1024); }
-std::string per_second(double bytes) { return with_unit(bytes / 1e6, {"MB/s", "GB/s", "TB/s", "PB/s"}, 1000); }
-
 }  // namespace
 
 PatchTraffic patch_traffic(const Model& model, const Solver& solver, const PatchPlan& plan) {
@@ -107,7 +93,7 @@ DeviceEstimate estimate_device(const Simulation& simulation, const Machine& mach
   DeviceEstimate estimate{.machine = machine};
   for (const StepPass& pass : step_passes(model, facts)) {
     estimate.launches += pass.launches;
-    estimate.launches_at_least = estimate.launches_at_least || pass.at_least || !pass.remark.empty();
+    estimate.launches_at_least = estimate.launches_at_least || !pass.remark.empty();
     if (!pass.name.starts_with("fused_solve") && pass.name != "projection") estimate.not_counted.push_back(pass.name);
   }
   // On a device, reductions and the preparation of contact queries for the host are launches of their own.
@@ -125,34 +111,6 @@ DeviceEstimate estimate_device(const Simulation& simulation, const Machine& mach
   estimate.bytes_per_second =
       machine.bytes_per_second > 0 ? machine.bytes_per_second : measured_bandwidth(simulation.threads());
   return estimate;
-}
-
-std::string list_device_estimate(const DeviceEstimate& estimate) {
-  const Machine& machine = estimate.machine;
-  std::ostringstream out;
-  out << "for " << machine.name << " (" << machine.what << "):\n";
-  out << "  launches: " << (estimate.launches_at_least ? "at least " : "") << estimate.launches << " a step"
-      << (estimate.replays ? ", recorded once and replayed\n" : "\n");
-  if (estimate.phases == 0) {
-    out << "  no batched constraints, and so no patches\n";
-    return out.str();
-  }
-  out << "  groups: " << estimate.groups_fewest;
-  if (estimate.groups_most > estimate.groups_fewest) out << " to " << estimate.groups_most;
-  out << " in each of " << counted(estimate.phases, "phase") << "; it works on " << estimate.groups_at_once
-      << " at once\n"
-      << "  fast memory: at most " << bytes_text(estimate.group_bytes) << " a group";
-  if (machine.fast_bytes > 0) out << ", of " << bytes_text(double(machine.fast_bytes)) << " that a group can have";
-  if (estimate.is_too_large()) out << "; so all groups will use the device's memory instead";
-  const PatchTraffic& traffic = estimate.traffic;
-  char took[32];
-  std::snprintf(took, sizeof took, "%.3g", estimate.ms());
-  out << "\n  memory: visits move " << bytes_text(traffic.particle_bytes + traffic.constraint_bytes)
-      << " a step (particles " << bytes_text(traffic.particle_bytes) << ", constraints "
-      << bytes_text(traffic.constraint_bytes) << ")\n  at " << per_second(estimate.bytes_per_second)
-      << (machine.bytes_per_second > 0 ? "" : ", measured now,") << " this alone takes " << took << " ms\n";
-  if (!estimate.not_counted.empty()) out << "  not counted in that: " << join(estimate.not_counted) << "\n";
-  return out.str();
 }
 
 }  // namespace malha

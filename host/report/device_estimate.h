@@ -37,7 +37,4 @@ struct DeviceEstimate {
 };
 DeviceEstimate estimate_device(const Simulation& simulation, const Machine& machine);
 
-/// The estimate as text.
-std::string list_device_estimate(const DeviceEstimate& estimate);
-
 }  // namespace malha

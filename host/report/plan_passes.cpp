@@ -98,15 +98,15 @@ std::vector<StepPass> step_passes(const Model& model, const SolverStats& of_scen
   line("user_constraints", own_launches);
   if (facts.self)
     all.push_back(
-        {"self-collision", 9 * substeps + 2 * iterations, ", and more where pairs are near or are searched for", true});
-  if (facts.edges) all.push_back({"edges", 10 * substeps, ", and more where pairs are near", true});
+        {"self-collision", 9 * substeps + 2 * iterations, "at least; more where pairs are near or searched for"});
+  if (facts.edges) all.push_back({"edges", 10 * substeps, "at least; more where pairs are near"});
   line("state",
        (facts.fused ? 0 : substeps) + (bounces ? substeps : 0));  // restitution moves particles after the update
   line("tearing", tears(model.scene) ? 1 : 0);
   line("sleep", model.scene.sleep ? 1 : 0);  // a sleeping scene launches none of these
   if (facts.contact_free_steps)
-    all.push_back({"while nothing comes near the environment", 2 * obstacles + 1 + visits,
-                   ", of collision and of visits, and none between them"});
+    all.push_back(
+        {"while nothing comes near the environment", 2 * obstacles + 1 + visits, "collision and patch solves alone"});
   return all;
 }
 

@@ -14,7 +14,6 @@ struct StepPass {
   std::string name;
   std::size_t launches = 0;
   std::string remark = {};  // which further launches there may be, in words; may be empty
-  bool at_least = false;
 };
 
 /// Returns the passes of this scene in the order of a step.

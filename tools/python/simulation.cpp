@@ -80,25 +80,24 @@ using Class = py::class_<PySimulation>;
 void add_state(Class& simulation) {
   simulation
       .def_property_readonly(
-          "time", [](PySimulation& s) { return s.now()->time(); }, "Simulated since the start, s.")
+          "time", [](PySimulation& s) { return s.now()->time(); }, "Simulated time since the start, s.")
       .def_property_readonly(
-          "steps", [](PySimulation& s) { return s.now()->steps(); }, "Since the start of the scene.")
+          "steps", [](PySimulation& s) { return s.now()->steps(); }, "Number of steps since the start of the scene.")
       .def_property_readonly(
-          "threads", [](PySimulation& s) { return s.now()->threads(); }, "At most so many.")
+          "threads", [](PySimulation& s) { return s.now()->threads(); }, "Largest number of threads.")
       .def_property(
           "positions", [](PySimulation& s) { return array_of(s.now()->positions()); },
           [](PySimulation& s, const py::object& x) { s.set_positions(rows_of(x, "positions")); },
-          "float64 (N, 3), m: one copy, which cannot be written to. All bodies one after the other, in the scene's "
-          "order.\n"
-          "Assign an array (N, 3) to put the particles elsewhere: pins stay where they are put, and what contacts and\n"
-          "sleep remember is forgotten.")
+          "float64 (N, 3), m: a read-only copy, with all bodies concatenated in the order of the scene.\n"
+          "Assign an array (N, 3) to move the particles: pins stay where they are put, and the state of contacts and\n"
+          "sleep is reset.")
       .def_property(
           "velocities", [](PySimulation& s) { return array_of(s.now()->velocities()); },
           [](PySimulation& s, const py::object& given) {
             const std::vector<Vec3> v = rows_of(given, "velocities");
             s.compute([&](Simulation& of) { of.set_velocities(v); });
           },
-          "float64 (N, 3), m/s: a copy likewise, and assigned likewise. Those of pins stay 0, or what keyframes say.")
+          "float64 (N, 3), m/s: a read-only copy, assigned likewise. Pins keep velocity 0, or that of their keyframes.")
       .def_property(
           "pins", [](PySimulation& s) { return array_of(s.now()->pins()); },
           [](PySimulation& s, const py::object& given) {
@@ -162,7 +161,7 @@ void add_hand(Class& simulation) {
             s.now()->move_pins(which, rows_of(to, "move_pins: to"));
           },
           "particles"_a, "to"_a,
-          "Puts pinned particles (K,) elsewhere, to (K, 3) in m, between two steps. Raises InputError, and moves "
+          "Moves pinned particles (K,) to positions (K, 3) in m, between two steps. Raises InputError, and moves "
           "none,\n"
           "for one that is not pinned or that keyframes move.")
       .def(
@@ -171,18 +170,18 @@ void add_hand(Class& simulation) {
             to.is_none() ? s.now()->hold(particle) : s.now()->hold(particle, vector_of(to, "hold: to"));
           },
           "particle"_a, "to"_a = py::none(),
-          "Holds a particle where it is, or at a place (m) to which the next step moves it. Takes interactive=True.")
+          "Holds a particle where it is, or at a position (m) to which the next step moves it. Needs interactive=True.")
       .def(
           "pull",
           [](PySimulation& s, int particle, const py::object& to, double compliance) {
             s.now()->pull(particle, vector_of(to, "pull: to"), compliance);
           },
           "particle"_a, "to"_a, "compliance"_a,
-          "Pulls a particle to a place (m) by a spring of this compliance (m/N). Takes interactive=True.")
+          "Pulls a particle to a position (m) by a spring of this compliance (m/N). Needs interactive=True.")
       .def(
           "release", [](PySimulation& s, int particle) { s.now()->release(particle); }, "particle"_a,
-          "Lets go of what hold() or pull() took.")
-      .def("handles", &handle_dicts, "What hold() and pull() took: a list of dicts.")
+          "Releases a particle that hold() or pull() took.")
+      .def("handles", &handle_dicts, "The particles that are held or pulled: a list of dicts.")
       .def(
           "cut", [](PySimulation& s, const py::object& edges) { return s.now()->cut(edges_of(edges)); }, "edges"_a,
           "Cuts bodies that name \"tear\" along edges (E, 2), particles (left, right) of the knife. Returns how many\n"
@@ -204,20 +203,15 @@ void add_results(Class& simulation) {
       .def(
           "report", [](PySimulation& s, const std::optional<std::string>& status) { return parsed(s.report(status)); },
           "status"_a = py::none(),
-          "What report.json would hold, as a dict; its \"status\" is \"running\", \"diverged\", or what is given.")
+          "The contents of report.json as a dict; its \"status\" is \"running\", \"diverged\", or the argument.")
       .def(
           "warnings", [](PySimulation& s) { return warnings(s.now()->model()); },
           "A list of lines: settings beyond a boundary at which a method is known to fail. Empty: none is known.")
       .def(
           "plan", [](PySimulation& s) { return parsed(plan_json(*s.now())); },
-          "A dict of what runs: solver, constraints, batches, launches a step, bytes by owner.")
+          "A dict of what runs: solver, constraints, colours, launches a step, memory by owner.")
       .def(
-          "plan_text",
-          [](PySimulation& s) {
-            const auto use = s.now();
-            return plan(*use) + list_launches(*use);
-          },
-          "What `malha plan` prints.")
+          "plan_text", [](PySimulation& s) { return plan(*s.now()); }, "What `malha plan` prints.")
       .def(
           "failed_expectations",
           [](PySimulation& s) { return s.compute([](const Simulation& of) { return of.failed_expectations(); }); },
@@ -235,24 +229,24 @@ void add_results(Class& simulation) {
             s.compute([&](const Simulation& of) { of.save_checkpoint(path.string()); });
           },
           "path"_a,
-          "Writes everything that the next step depends on, but for what save_state() leaves out too, whole or not at "
+          "Writes everything that the next step depends on, except what save_state() leaves out, completely or not at "
           "all.")
       .def(
           "load_checkpoint",
           [](PySimulation& s, const std::filesystem::path& path) { s.load_checkpoint(path.string()); }, "path"_a,
-          "Goes on from a checkpoint of the same scene with the very same bits. Raises InputError for another one.")
+          "Continues from a checkpoint of the same scene with the same bits. Raises InputError for another one.")
       .def(
           "save_state",
           [](PySimulation& s) { return py::bytes(s.compute([](const Simulation& of) { return of.save_state(); })); },
-          "Everything that the next step depends on, as bytes, but for what is taken by hand, gravity, wind and pins.")
+          "Everything that the next step depends on, as bytes, except handles, gravity, wind and pins.")
       .def("restore_state", &PySimulation::restore_state, "state"_a,
-           "Restores what save_state() returned for the same scene: the very same bits follow as did then.");
+           "Restores what save_state() returned for the same scene; the same bits follow.");
 }
 
 }  // namespace
 
 void add_simulation(py::module_& module) {
-  py::class_<BodyOf>(module, "Body", "A body of a simulation: which particles and faces are its.")
+  py::class_<BodyOf>(module, "Body", "A body of a simulation, with its particles and faces.")
       .def_readonly("name", &BodyOf::name, "As in the scene.")
       .def_property_readonly(
           "particles", [](const BodyOf& b) { return slice(b.first, b.end); }, "A slice of Simulation.positions.")
