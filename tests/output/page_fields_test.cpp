@@ -100,7 +100,8 @@ TEST_F(PageLooks, OfSpeedKnowTheFirstFrameAndThoseAfterTears) {
   browser().evaluate("malha.setLook('speed')");
   const std::string speeds =
       "(async () => { const v = malha.views[0], k = v.stage.shown, b = v.frames.beside(k);"
-      "const mesh = await v.frames.mesh(k), last = renumbered(await v.frames.positions(b), await v.frames.mesh(b), mesh);"
+      "const mesh = await v.frames.mesh(k), last = renumbered(await v.frames.positions(b), await v.frames.mesh(b), "
+      "mesh);"
       "return JSON.stringify(Array.from(speeds(mesh, await v.frames.positions(k), last,"
       "Math.abs(v.frames.all[k].time - v.frames.all[b].time)))); })()";
   const auto now = [&] { return Json::parse(browser().evaluate(speeds).get<std::string>()); };
