@@ -21,7 +21,7 @@ namespace {
 const std::vector<std::string> kFirstWords{"run",  "view",  "picture", "page",   "plan", "check",
                                            "tune", "bench", "study",   "--help", "-h",   "--version"};
 
-/// An option by its name and what it takes: what excludes what is said by the words beside it.
+/// Formats an option as its name and the type of its value; its help text says what it excludes.
 struct Formatter : CLI::Formatter {
   std::string make_option_opts(const CLI::Option* option) const override {
     return option->get_type_name().empty() ? "" : " " + option->get_type_name();
@@ -30,7 +30,7 @@ struct Formatter : CLI::Formatter {
 
 void add_executor(CLI::App& command, Arguments& arguments) {
   add_threads(command, arguments.threads,
-              "At most so many threads, the cores if not given; steps run on one while that is faster");
+              "Largest number of threads, the cores if not given; steps run on one while that is faster");
   add_backend(command, arguments.backend, arguments.machine);
 }
 
@@ -58,11 +58,12 @@ void add_results(CLI::App& command, Arguments& arguments) {
   command.add_flag("--no-page", arguments.no_page, "No page, whatever the scene says")->excludes(page);
   add_checked(command, "--checkpoint", arguments.checkpoint_every, whole_number(0, most), "N",
               "A checkpoint every N steps, 0 none before the end; every 30 seconds of the clock if not given");
-  command.add_flag("--resume", arguments.resume, "Go on where the run in the folder stopped, with the very same bits");
-  command.add_flag("--quiet", arguments.quiet, "Say nothing but what went wrong, or may");
+  command.add_flag("--resume", arguments.resume,
+                   "Continue the run in the folder from its checkpoint, with the same bits");
+  command.add_flag("--quiet", arguments.quiet, "Print errors and warnings only");
 }
 
-/// One line, whatever is wrong.
+/// Returns the error message, a single line.
 std::string complaint(const CLI::App& app, const CLI::Error& error) {
   std::string name = "malha";
   const CLI::App* last = &app;
@@ -78,7 +79,7 @@ std::string complaint(const CLI::App& app, const CLI::Error& error) {
         what = option->get_name() + ": found " + std::to_string(option->count()) + " times; allowed: once";
   if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::ExtrasError)) {
     std::vector<std::string> extras = command.remaining(), options;
-    // CLI11 gives the words in the order in which it gave up on them; an option says more than a word.
+    // CLI11 lists the unknown words in the order of its parsing; an option is reported first.
     const auto dashed = std::find_if(extras.begin(), extras.end(), [](const auto& word) { return word[0] == '-'; });
     const std::string word = dashed != extras.end() ? *dashed : extras.front();
     for (const CLI::Option* option : command.get_options())
@@ -89,7 +90,7 @@ std::string complaint(const CLI::App& app, const CLI::Error& error) {
   return name + ": " + what + "; see " + name + " --help\n";
 }
 
-/// The words as typed; without --resume, which a run that goes on has once.
+/// Returns the command line as typed, without --resume, which is added to continue the run.
 std::string typed(int argc, char** argv) {
   std::string line = "malha";
   for (int i = 1; i < argc; ++i)
@@ -103,7 +104,7 @@ void add_run(CLI::App& app, Arguments& arguments) {
   add_results(*run, arguments);
   add_executor(*run, arguments);
   run->footer(
-      "Options win over the scene. Results are the same bits on any number of threads and on any backend.\n"
+      "Options override the scene. Results have the same bits on any number of threads and on any backend.\n"
       "A run replaces the results of an earlier one in its folder; one that another run is writing to is refused.\n"
       "Ctrl-C stops it after the step: report and checkpoint are written, --resume goes on, and malha picture draws\n"
       "the pictures that are missing. A second Ctrl-C ends it at once. SCENE may be - for standard input.\n\n"
@@ -125,14 +126,14 @@ void add_picture(CLI::App& app, Arguments& arguments) {
 }
 
 void add_page(CLI::App& app, Arguments& arguments) {
-  CLI::App* page = app.add_subcommand("page", "Two runs beside each other, in one page for the browser");
+  CLI::App* page = app.add_subcommand("page", "Two runs side by side, in one page for the browser");
   add_checked(*page, "OUT", arguments.runs, some_path(), "", "Two folders of results of malha run --page")
       ->required()
       ->expected(2);
   add_checked(*page, "--out", arguments.out, some_path(), "FILE",
               "The file that is written; compare.html if not given");
   page->footer(
-      "The runs play in step, under one camera, with the distance between their particles.\n\n"
+      "The runs play in step, with one camera and the distance between their particles.\n\n"
       "Example:\n"
       "  malha run scenes/balloon.json --page --out out/a\n"
       "  malha run scenes/my_balloon.json --page --out out/b\n"
@@ -141,13 +142,13 @@ void add_page(CLI::App& app, Arguments& arguments) {
 
 void add_plan(CLI::App& app, Arguments& arguments) {
   CLI::App* plan = app.add_subcommand(
-      "plan", "Say what would run: sizes, colours, passes of a step, memory, and what one step launches");
+      "plan", "Print what would run: sizes, colours, passes of a step, memory, and the launches of one step");
   add_scene(*plan, arguments);
   add_executor(*plan, arguments);
   plan->add_flag("--json", arguments.json, "All of it as JSON")->disable_flag_override();
   plan->footer(
-      "With --for it says what a step asks of that machine: groups a phase, fast memory, launches, bytes moved,\n"
-      "and how long its memory alone would take over them. Runs --for the same machine have the same bits on every "
+      "With --for it also estimates a step on that machine: groups a phase, fast memory, launches, bytes moved,\n"
+      "and the time that its memory alone would take. Runs --for the same machine have the same bits on every "
       "backend.\n\n"
       "Examples:\n"
       "  malha plan scenes/balloon.json --threads 4\n"
@@ -180,7 +181,7 @@ void add_everything(CLI::App& app, Arguments& arguments) {
       "diverged; 4 results could not be written; 5 not enough memory; 130 interrupted with Ctrl-C (malha run\n"
       "--resume goes on).");
   add_run(app, arguments);
-  app.add_subcommand("view", "Open a scene in a window: run it, pull at it, change it, compare two");
+  app.add_subcommand("view", "Open a scene in a window: run it, pull particles, change settings, compare two");
   add_picture(app, arguments);
   add_page(app, arguments);
   add_plan(app, arguments);
@@ -214,7 +215,7 @@ std::optional<int> parse_arguments(int argc, char** argv, Arguments& arguments) 
     std::cerr << line << "\n";
     return kBadInput;
   }
-  if (const std::optional<int> status = hand_over_or_refuse(argc, argv)) return status;
+  if (const std::optional<int> status = exec_or_refuse(argc, argv)) return status;
   CLI::App app{"Deformable bodies: cloth, balloons and soft solids in data-parallel batches.", "malha"};
   add_everything(app, arguments);
   try {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The command line: what may be asked, what it means, and one-line answers to what cannot be meant.
+// Command line of malha: commands, options, and one-line error messages.
 #pragma once
 #include <cstdint>
 #include <filesystem>
@@ -18,13 +18,13 @@ class App;
 
 namespace malha {
 
-/// Absent: as the scene says.
+/// The parsed command line. Absent options leave the scene's values.
 struct Arguments {
   std::string command;  // "run"
-  std::string scene;    // -: on standard input
+  std::string scene;    // path, or - for standard input
   std::string backend = "openmp";
-  std::string machine;            // what patches are cut for; empty: the CPU, and nothing is said about it
-  int threads = 0;                // 0: as many as OpenMP offers
+  std::string machine;            // machine that patches are cut for; empty: the CPU, without an estimate
+  int threads = 0;                // 0: OpenMP's default
   std::string out;                // empty: out/SCENE; of picture: the folder of results; of page: the file
   std::vector<std::string> runs;  // of page: two folders of results
   std::optional<std::int64_t> steps;
@@ -33,12 +33,13 @@ struct Arguments {
   bool picture = false, no_picture = false, page = false, no_page = false;
   std::vector<std::string> formats;
   bool resume = false, quiet = false;
-  bool json = false;  // likewise
+  bool json = false;  // of plan: print JSON
   std::string typed;  // what the user typed, without --resume
 
-  /// For messages, and for names of results.
+  /// Returns the name of the scene for messages.
   std::string scene_label() const { return scene == "-" ? "standard input" : scene; }
-  /// Of the folder of its results in out/: the file's without ".json", where that is no folder above.
+  /// Returns the name of the folder of its results in out/: the file's name without ".json", unless that is "." or
+  /// "..".
   std::string scene_name() const {
     if (scene == "-") return "standard_input";
     const std::filesystem::path file = std::filesystem::path(scene).filename(), name = file.stem();
@@ -50,14 +51,14 @@ struct Arguments {
   TuneArguments tune;
 };
 
-/// Fills `arguments`. Where there is nothing to run (--help, --version, or an error, which goes to standard error as
-/// one line) it gives the exit status instead.
+/// Fills `arguments`. Returns an exit status if there is nothing to run: after --help, --version, or an error, which is
+/// printed to standard error as one line.
 std::optional<int> parse_arguments(int argc, char** argv, Arguments& arguments);
 
-/// As a shell takes it back, in quotes where it needs them.
+/// Quotes a word for a shell if necessary.
 std::string shell_word(const std::string& word);
 
-/// The word SCENE, of commands that take one.
+/// Adds the argument SCENE to a command.
 void add_scene(CLI::App& command, Arguments& arguments);
 
 }  // namespace malha

@@ -35,10 +35,10 @@ volatile std::sig_atomic_t stopped_by = 0;
 void on_signal(int signal) {
   stop = true;
   stopped_by = signal;
-  std::signal(signal, SIG_DFL);  // the second one ends the run at once
+  std::signal(signal, SIG_DFL);  // a second signal ends the run at once
 }
 
-/// A shell that starts a job in the background lets it ignore Ctrl-C: so it stays.
+/// Leaves a signal ignored if it was, as Ctrl-C is for background jobs of a shell.
 void catch_signal(int signal) {
   if (std::signal(signal, on_signal) == SIG_IGN) std::signal(signal, SIG_IGN);
 }
@@ -56,7 +56,7 @@ malha::SimulationOptions simulation_options(const Arguments& arguments, malha::P
   return options;
 }
 
-/// The scene with what the command line says instead.
+/// Loads the scene and applies the options of the command line.
 malha::Scene load(const Arguments& arguments) {
   malha::Scene scene = malha::load_scene(arguments.scene);
   malha::OutputSpec& outputs = scene.outputs;
@@ -94,12 +94,13 @@ int run(const Arguments& arguments) {
   options.steps = last_step(arguments, scene);
   if (arguments.seconds) options.rounding = malha::rounding_of("--seconds", *arguments.seconds, scene.solver.dt);
   options.resume = arguments.resume;
-  options.ready = catch_signals;  // before that there is nothing to save: a signal ends the command at once
+  options.ready =
+      catch_signals;  // before set-up is done there is nothing to save, and a signal ends the command at once
   malha::RunResult result;
   try {
     malha::ProgressReporter progress(arguments.quiet);
     options.warn = [&](const std::string& line) { progress.warn(arguments.scene_label(), line); };
-    options.doing = [&progress](const char* what) { progress.doing(what); };
+    options.on_activity = [&progress](const char* what) { progress.show_activity(what); };
     result = malha::run(
         scene, simulation_options(arguments, progress), options, [&progress](const auto& now) { progress(now); }, stop);
   } catch (const malha::Diverged&) {
@@ -137,27 +138,23 @@ int plan(const Arguments& arguments) {
     simulation.emplace(load(arguments), simulation_options(arguments, progress));
     for (const std::string& line : malha::warnings(simulation->model())) progress.warn(arguments.scene_label(), line);
   }
-  if (!arguments.json) std::cout << malha::printable_lines(malha::plan(*simulation));
   simulation->step();
-  if (!arguments.json) std::cout << malha::list_process_memory(*simulation) << malha::list_launches(*simulation);
   const malha::Model& model = simulation->model();
   const auto amplifications =
       malha::measure_amplifications(model, malha::amplification_steps_of_plan(model), simulation->threads());
-  if (!arguments.json) std::cout << malha::printable_lines(malha::list_amplifications(model, amplifications));
   for (const std::string& line : malha::growth_warnings(model, amplifications))
     malha::ProgressReporter(arguments.quiet).warn(arguments.scene_label(), line);
-  std::optional<malha::DeviceEstimate> demand;
-  if (!arguments.machine.empty()) demand = malha::plan_for(*simulation, malha::machine_named(arguments.machine));
-  if (arguments.json) {
-    std::cout << malha::plan_json(*simulation, demand ? &*demand : nullptr, &amplifications);
-    return malha::kDone;
-  }
-  if (demand) std::cout << malha::list_demand(*demand);
+  std::optional<malha::DeviceEstimate> estimate;
+  if (!arguments.machine.empty())
+    estimate = malha::estimate_device(*simulation, malha::machine_named(arguments.machine));
+  const malha::DeviceEstimate* on_machine = estimate ? &*estimate : nullptr;
+  std::cout << (arguments.json ? malha::plan_json(*simulation, on_machine, &amplifications)
+                               : malha::printable_lines(malha::plan(*simulation, on_machine, &amplifications)));
   return malha::kDone;
 }
 
 int check(const Arguments& arguments) {
-  // All that run and plan do before the first step, so that it refuses what they refuse.
+  // It does all that run and plan do before the first step, so that it refuses the same scenes.
   const malha::Simulation simulation(malha::load_scene(arguments.scene));
   malha::check_frames(simulation,
                       malha::whole_steps(simulation.model().scene.duration, simulation.model().scene.solver.dt));
@@ -194,7 +191,7 @@ int dispatch(const Arguments& arguments) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  malha::outlive_readers();
+  malha::ignore_closed_streams();
   Arguments arguments;
   std::string scene = "malha";
   const auto say = [](const std::string& line) { std::cerr << malha::printable(line) << "\n"; };
@@ -208,7 +205,7 @@ int main(int argc, char** argv) {
     say(error.what());
     return malha::kOutOfMemory;
   } catch (const malha::InputError& error) {
-    std::cerr << malha::printable_lines(error.what()) << "\n";  // a line for each fault
+    std::cerr << malha::printable_lines(error.what()) << "\n";  // one line for each error
     return malha::kBadInput;
   } catch (const malha::Diverged& error) {
     say(scene + ": diverged at " + error.what());

@@ -15,7 +15,7 @@ namespace malha {
 
 namespace {
 
-constexpr int kWords = 66;  // columns beside the bar, of most lines: it keeps its width
+constexpr int kWords = 66;  // columns beside the bar, enough for most lines, so that its width is constant
 
 int terminal_width() {
   winsize size{};
@@ -33,7 +33,7 @@ std::string clock_text(double seconds) {
   return text;
 }
 
-/// "20/40  t = 0.400 s  "; nothing before the first step.
+/// Returns "20/40 t = 0.400 s "; "" before the first step.
 std::string place(const Progress& at) {
   if (at.steps == 0) return "";
   char text[80];
@@ -61,10 +61,10 @@ ProgressReporter::~ProgressReporter() {
 void ProgressReporter::operator()(const Progress& progress) {
   if (quiet_) return;
   const auto now = Clock::now();
-  if (first_ < 0) first_ = progress.step, start_ = said_at_ = now;
+  if (first_ < 0) first_ = progress.step, start_ = reported_at_ = now;
   last_ = progress, ++steps_since_, ms_since_ += progress.step_ms;
   const bool last = progress.step == progress.steps;
-  const std::chrono::duration<double> silence = now - said_at_, elapsed = now - start_;
+  const std::chrono::duration<double> silence = now - reported_at_, elapsed = now - start_;
   const std::int64_t tenth = progress.step * 10 / progress.steps;
   const bool due = terminal_ ? silence.count() > 0.05 || line_.empty() : tenth != tenth_ || silence.count() > 10;
   if (!due && !last) return;
@@ -73,8 +73,9 @@ void ProgressReporter::operator()(const Progress& progress) {
   if (terminal_) {
     char text[80];
     std::snprintf(text, sizeof text, "%.2f ms a step", step_ms);
-    line_ = place(progress) + text, doing_ = nullptr;
-    // Of the clock, with pictures and files: what is left takes as long. The first step's start was not seen.
+    line_ = place(progress) + text, activity_ = nullptr;
+    // The estimate of the remaining time includes pictures and files. It starts after the first step, whose start is
+    // unknown.
     if (const auto seen = static_cast<double>(progress.step - first_); seen > 0) {
       const double rate = seen / elapsed.count();
       std::snprintf(text, sizeof text, rate < 100 ? "  %.3g steps/s  " : "  %.0f steps/s  ", rate);
@@ -85,14 +86,14 @@ void ProgressReporter::operator()(const Progress& progress) {
     std::fprintf(stderr, "step %lld of %lld, t = %.3f s, %.2f ms a step\n", static_cast<long long>(progress.step),
                  static_cast<long long>(progress.steps), progress.time, step_ms);
   }
-  said_at_ = now, tenth_ = tenth;
+  reported_at_ = now, tenth_ = tenth;
   steps_since_ = 0, ms_since_ = 0;
 }
 
-void ProgressReporter::doing(const char* what) {
+void ProgressReporter::show_activity(const char* what) {
   if (quiet_ || !terminal_) return;
-  if (doing_ != nullptr && std::strcmp(doing_, what) == 0) return;  // it stands there
-  doing_ = what;
+  if (activity_ != nullptr && std::strcmp(activity_, what) == 0) return;  // it is already shown
+  activity_ = what;
   draw_bar(share(last_), place(last_) + what);
 }
 
@@ -100,8 +101,8 @@ void ProgressReporter::setup(const char* what, double part) {
   const auto now = Clock::now();
   const bool begins = part < 0;
   if (quiet_ || (begins && !terminal_)) return;
-  if (!begins && std::chrono::duration<double>(now - setup_said_at_).count() < (terminal_ ? 0.05 : 5)) return;
-  setup_said_at_ = now;
+  if (!begins && std::chrono::duration<double>(now - setup_reported_at_).count() < (terminal_ ? 0.05 : 5)) return;
+  setup_reported_at_ = now;
   char text[100];
   if (begins)
     std::snprintf(text, sizeof text, "setting up: %s", what);
@@ -120,7 +121,7 @@ void ProgressReporter::warn(const std::string& scene, const std::string& line) {
 }
 
 void ProgressReporter::draw_bar(double part, const std::string& what) {
-  // One column stays free: a full line would wrap, and the next one could not redraw it.
+  // One column stays free, because a full line would wrap and could not be redrawn.
   std::string line = what;
   const int room = terminal_width() - 1;
   const int width = std::min(30, room - std::max(kWords, static_cast<int>(line.size())) - 3);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The standard streams of the programs.
+// Handling of the standard streams of the programs.
 #pragma once
 #include <fcntl.h>
 #include <poll.h>
@@ -14,15 +14,16 @@
 
 namespace malha {
 
-/// Whoever reads our words may leave (malha run SCENE | head -1): the run goes on, and nobody hears it. A stream that
-/// was closed before the start gets a place to write to: its number would be given to the next file that is opened.
-inline void outlive_readers() {
-  std::signal(SIGPIPE, SIG_IGN), std::signal(SIGXFSZ, SIG_IGN);  // too large a file fails as on a full disk
+/// Ignores closed pipes, so that a run goes on after its reader has left (malha run SCENE | head -1). Opens /dev/null
+/// in place of standard streams that were closed before the start, because the next opened file would get their
+/// numbers.
+inline void ignore_closed_streams() {
+  std::signal(SIGPIPE, SIG_IGN), std::signal(SIGXFSZ, SIG_IGN);  // exceeding the file size limit fails like a full disk
   for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
     if (fcntl(stream, F_GETFD) < 0 && open("/dev/null", O_RDWR) != stream) std::_Exit(kFailed);
 }
 
-/// Throws where something was said on standard output that could not be written; a reader who left misses nothing.
+/// Throws if standard output could not be written, unless its reader has left.
 inline void require_written() {
   pollfd state{STDOUT_FILENO, POLLOUT, 0};
   std::cout.flush();

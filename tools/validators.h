@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Options, and what they may be given: checks that answer with what was found and what is allowed.
+// Validators of options, whose messages say what was found and what is allowed.
 #pragma once
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -16,7 +16,7 @@
 
 namespace malha {
 
-/// Whether the whole text is a number of this type.
+/// Parses a text; returns whether all of it is a number of this type.
 template <class T>
 bool reads(const std::string& text, T& value) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
@@ -59,10 +59,10 @@ inline CLI::Validator at_least_zero(const std::string& unit) {
           ""};
 }
 
-/// Seconds.
+/// A duration in seconds, > 0.
 inline CLI::Validator duration() { return above_zero("s"); }
 
-/// A path: of a file or folder that may not be there yet.
+/// A path of a file or folder that may not exist yet.
 inline CLI::Validator some_path() {
   return {[](const std::string& text) { return text.empty() ? found(text, "a path, not empty") : ""; }, ""};
 }
@@ -76,8 +76,8 @@ inline CLI::Validator one_of(const std::vector<std::string>& words) {
           ""};
 }
 
-/// The line that refuses `word`, or where there is none its lack, where one of `words` should stand; empty where one
-/// does. `what` they are: "benchmark".
+/// Returns the message that refuses `word`, or its absence, if it is not one of `words`; empty if it is. `what`: what
+/// the words name, as "benchmark".
 inline std::string refused_word(const std::string& command, const char* word, const std::string& what,
                                 const std::vector<std::string>& words) {
   if (word && std::find(words.begin(), words.end(), word) != words.end()) return "";
@@ -85,21 +85,21 @@ inline std::string refused_word(const std::string& command, const char* word, co
          "; allowed: " + join(words);
 }
 
-/// `type`: of its value, in the help.
+/// Adds an option with a validator. `type`: the name of its value in the help.
 template <class T>
 CLI::Option* add_checked(CLI::App& command, const std::string& name, T& value, const CLI::Validator& check,
                          const std::string& type, const std::string& help) {
   return command.add_option(name, value, help)->check(check)->type_name(type);
 }
 
-/// Of several values, with commas.
+/// Adds an option of several values, separated by commas.
 template <class T>
 void add_list(CLI::App& command, const std::string& name, std::vector<T>& values, const CLI::Validator& check,
               const std::string& help) {
   add_checked(command, name, values, check, "LIST", help)->delimiter(',')->allow_extra_args(false);
 }
 
-/// Where malha runs, and for what.
+/// Adds the options of backend and machine.
 inline void add_backend(CLI::App& command, std::string& backend, std::string& machine) {
   add_checked(command, "--backend", backend, one_of(kBackends), "NAME",
               "openmp (default), serial, or cuda: a device, in builds that have it");

@@ -8,25 +8,27 @@ namespace malha {
 
 namespace {
 
-constexpr int kChunk = 256;  // particles: a query costs a microsecond or so
+constexpr int kChunk = 256;  // particles; a query takes about a microsecond
 
-/// Of a particle at `a` (the object's frame); none: it does not touch.
-std::optional<Touch> touch(const Surface& surface, Sides sides, const Point& a, double thickness, double reach) {
+/// Returns the contact of a particle at `a` (in the object's frame), or none.
+std::optional<ContactPoint> touch(const Surface& surface, Sides sides, const Point& a, double thickness, double reach) {
   if (surface.box_distance(a) > reach) return std::nullopt;
   const ClosestPoint near = surface.closest(a, reach);
   if (!near.found) return std::nullopt;
   const Point away = a - near.q;
-  // Of two sides it is on the one where it is; no other side is known here.
+  // At a two-sided surface a particle counts as being on the side where it is now.
   const bool behind = dot(near.normal, away) < 0;
-  if (behind && sides == Sides::OneSided && near.boundary) return std::nullopt;  // beyond the rim, not below it
+  if (behind && sides == Sides::OneSided && near.boundary)
+    return std::nullopt;  // it is beyond the boundary of the mesh, not behind the surface
   Point normal = near.normal;
-  // Beside an edge the way out is not its normal. On the surface there is no way, only a normal.
+  // At an edge or a corner the contact normal points from the closest point to the particle. On the surface itself only
+  // the surface normal is defined.
   if (near.distance > 1e-3 * thickness)
     normal = away * ((behind && sides != Sides::TwoSided ? -1 : 1) / near.distance);
   else if (behind && sides == Sides::TwoSided)
     normal = -normal;
   const double distance = behind && sides != Sides::TwoSided ? -near.distance : near.distance;
-  return Touch{-1, -1, {near.q.x, near.q.y, near.q.z}, {normal.x, normal.y, normal.z}, distance};
+  return ContactPoint{-1, -1, {near.q.x, near.q.y, near.q.z}, {normal.x, normal.y, normal.z}, distance};
 }
 
 }  // namespace
@@ -37,10 +39,10 @@ Contacts::Contacts(const Model& model, int threads) : threads_(threads) {
   for (const EnvironmentMesh& mesh : model.environment) objects_.emplace_back(*device_, mesh);
 }
 
-std::vector<Touch> Contacts::operator()(const std::vector<Vec3>& x, double time, double slack) const {
-  std::vector<Touch> all;
+std::vector<ContactPoint> Contacts::operator()(const std::vector<Vec3>& x, double time, double slack) const {
+  std::vector<ContactPoint> all;
   const int chunks = static_cast<int>((x.size() + kChunk - 1) / kChunk);
-  std::vector<std::vector<Touch>> found(chunks);
+  std::vector<std::vector<ContactPoint>> found(chunks);
   for (std::size_t o = 0; o < objects_.size(); ++o) {
     const Object& object = objects_[o];
     const Pose pose = pose_at(object.spec.motion, time);
@@ -50,7 +52,7 @@ std::vector<Touch> Contacts::operator()(const std::vector<Vec3>& x, double time,
       found[chunk].clear();
       for (std::size_t i = begin; i < end; ++i) {
         const Point a = to_local(pose, Point{x[i][0], x[i][1], x[i][2]});
-        std::optional<Touch> one = touch(object.surface, object.spec.sides, a, thickness, reach);
+        std::optional<ContactPoint> one = touch(object.surface, object.spec.sides, a, thickness, reach);
         if (!one) continue;
         const Point at = to_world(pose, Point{one->at[0], one->at[1], one->at[2]});
         const Point normal = rotate(pose, Point{one->normal[0], one->normal[1], one->normal[2]});

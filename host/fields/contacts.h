@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Looks: where particles touch the environment. With meshes of its own to ask, so that the solver's stay as they are.
+// Visual field of contacts: the points where particles touch the environment. It queries its own copy of the meshes, so
+// that the solver's stay unchanged.
 #pragma once
 #include <deque>
 #include <optional>
@@ -10,22 +11,22 @@
 
 namespace malha {
 
-/// A particle that touches an object of the environment.
-struct Touch {
-  int particle = -1, object = -1;  // the user's number; in the scene's environment
-  Vec3 at{}, normal{};             // on the surface (m); unit, outwards: the way in which the object pushes
-  double distance = 0;             // m, of the particle from the surface; below 0: behind it
+/// Contact of a particle with an object of the environment.
+struct ContactPoint {
+  int particle = -1, object = -1;  // index in the user's order; index in the scene's environment
+  Vec3 at{}, normal{};             // point on the surface (m); unit normal in the direction of the contact force
+  double distance = 0;             // m, signed distance of the particle from the surface; negative behind it
 };
 
-/// Of a model with an environment; nothing is built without one.
+/// Contact queries of a model; nothing is built without an environment.
 class Contacts {
  public:
   explicit Contacts(const Model& model, int threads = 1);
 
-  /// The particles at x (m, the user's order) that are no farther from an object at `time` (s) than its thickness and
-  /// `slack` of it more: what lies still lies at the thickness, but for rounding and for what its neighbours pull. What
-  /// is behind the surface touches as far as that, too. By object, then by particle.
-  std::vector<Touch> operator()(const std::vector<Vec3>& x, double time, double slack = 0.1) const;
+  /// Returns the contacts of particles at x (m, the user's order) at `time` (s), sorted by object and particle. A
+  /// particle touches an object within (1 + slack) times its thickness on either side of the surface: resting particles
+  /// lie at the thickness, except for rounding and the pull of their neighbours.
+  std::vector<ContactPoint> operator()(const std::vector<Vec3>& x, double time, double slack = 0.1) const;
 
  private:
   struct Object {
@@ -34,7 +35,7 @@ class Contacts {
     EnvironmentSpec spec;
   };
   std::optional<Device> device_;
-  std::deque<Object> objects_;  // they do not move
+  std::deque<Object> objects_;  // a deque, because objects must not move in memory
   int threads_;
 };
 

@@ -12,27 +12,27 @@ namespace malha {
 
 namespace {
 
-void raise(float& to, double value) { to = std::max(to, static_cast<float>(value)); }
+void raise_to(float& to, double value) { to = std::max(to, static_cast<float>(value)); }
 
-/// Of materials: part of C^2 at rest, below which U is no more than rounding. Strains of 3e-7.
+/// Share of C^2 at rest below which the energy U of a material is rounding error; it corresponds to strains of 3e-7.
 constexpr double kRounding = 1e-13;
 
-/// |C| / |grad C| of one constraint, m.
+/// Returns |C| / |grad C| of one constraint, m.
 template <class Kind>
-double residual(const Vec3* x, const int* particles, const double* rest, double ground) {
+double residual(const Vec3* x, const int* particles, const double* rest, double rest_C2) {
   Vector3<double> q[Kind::particles], grad[Kind::particles];
   corners<Kind>(x, particles, q);
   double scale, sum = 0;
   const double C = Kind::evaluate(q, rest, true, grad, scale);  // both times scale
   for (const auto& g : grad) sum += dot(g, g);
   if (Kind::inequality && C >= 0) return 0;
-  if (!(sum > tiny<double>())) {  // where two particles coincide every direction is one
+  if (!(sum > tiny<double>())) {  // coincident particles have no direction, but the same residual in each
     constexpr bool length = Kind::particles == 2 && !Kind::inequality;
     return length && !(scale > 0) ? rest[0] / std::sqrt(2.0) : 0;
   }
   const double way = std::abs(C) / std::sqrt(sum);
   if constexpr (multipliers<Kind>() > 1)  // U ~ C^2 - ground
-    return C * C - ground > kRounding * ground ? way * (1 - ground / (C * C)) : 0;
+    return C * C - rest_C2 > kRounding * rest_C2 ? way * (1 - rest_C2 / (C * C)) : 0;
   return way;
 }
 
@@ -52,7 +52,7 @@ Strains::Strains(const Model& model) : particles_(model.x.size()) {
   for (const SpringSet& set : model.springs)
     if (set.type == Distance::name)
       for (std::size_t s = 0; s < set.ends.size(); ++s) add(set.ends[s][0], set.ends[s][1], set.rest[s]);
-  // What lies together is read together.
+  // Sorted, so that neighbours in memory are read together.
   std::sort(lengths_.begin(), lengths_.end(),
             [](const Length& one, const Length& two) { return one.a != two.a ? one.a < two.a : one.b < two.b; });
   lengths_.shrink_to_fit();
@@ -63,7 +63,7 @@ std::vector<float> Strains::operator()(const std::vector<Vec3>& x) const {
   std::vector<float> most(particles_, 0.0f);
   for (const Length& of : lengths_) {
     const double strain = std::abs(norm(vector(x[of.a]) - vector(x[of.b])) - of.rest) * of.per_rest;
-    raise(most[of.a], strain), raise(most[of.b], strain);
+    raise_to(most[of.a], strain), raise_to(most[of.b], strain);
   }
   return most;
 }
@@ -76,12 +76,12 @@ Residuals::Residuals(const Model& model, int threads) : particles_(model.x.size(
     for (const Edge& ends : set.ends)
       for (const int i : ends) own.particles.push_back(model.user_index[i]);
   }
-  for (const PressureSet& set : model.pressures) shells_.emplace_back(model, set);
+  for (const PressureSet& set : model.pressures) pressures_.emplace_back(model, set);
 }
 
 void Residuals::add(const Model& model, const ConstraintSet& set) {
   Set& own = sets_.emplace_back(
-      Set{set.type, set.arity, in_user_numbers(model, set.particles.data(), set.particles.size()), {}, {}});
+      Set{set.type, set.arity, to_user_indices(model, set.particles.data(), set.particles.size()), {}, {}});
   with_kind(set.type, [&]<class Kind>(Kind) {
     own.rest.reserve(std::size_t(set.count()) * Kind::numbers);
     for (int c = 0; c < set.count(); ++c) {
@@ -94,7 +94,7 @@ void Residuals::add(const Model& model, const ConstraintSet& set) {
         corners<Kind>(model.x.data(), particles, q);
         double scale;
         const double C = Kind::evaluate(q, rest, true, grad, scale);
-        own.ground.push_back(C * C);
+        own.rest_C2.push_back(C * C);
       }
     }
   });
@@ -103,27 +103,27 @@ void Residuals::add(const Model& model, const ConstraintSet& set) {
 std::vector<float> Residuals::operator()(const std::vector<Vec3>& x) const {
   require_particles(x.size(), particles_);
   std::vector<float> most(particles_, 0.0f);
-  std::vector<double> ways;
+  std::vector<double> residuals;
   for (const Set& set : sets_) {
-    ways.assign(set.particles.size() / set.arity, 0);
+    residuals.assign(set.particles.size() / set.arity, 0);
     with_kind(set.type, [&]<class Kind>(Kind) {
-      const double* const ground = set.ground.empty() ? nullptr : set.ground.data();
+      const double* const rest_C2 = set.rest_C2.empty() ? nullptr : set.rest_C2.data();
       const auto measure = [&](int c) {
-        ways[c] = residual<Kind>(x.data(), &set.particles[std::size_t(c) * Kind::particles],
-                                 &set.rest[std::size_t(c) * Kind::numbers], ground ? ground[c] : 0);
+        residuals[c] = residual<Kind>(x.data(), &set.particles[std::size_t(c) * Kind::particles],
+                                      &set.rest[std::size_t(c) * Kind::numbers], rest_C2 ? rest_C2[c] : 0);
       };
-      parallel_for(OpenMP{threads_}, static_cast<int>(ways.size()), measure);
+      parallel_for(OpenMP{threads_}, static_cast<int>(residuals.size()), measure);
     });
     for (std::size_t k = 0; k < set.particles.size(); ++k)
-      raise(most[set.particles[k]], ways[k / static_cast<std::size_t>(set.arity)]);
+      raise_to(most[set.particles[k]], residuals[k / static_cast<std::size_t>(set.arity)]);
   }
   std::vector<Vector3<double>> grad;
-  for (const Shell& shell : shells_) {
-    const double C = shell.evaluate(x, grad);
+  for (const ClosedSurface& surface : pressures_) {
+    const double C = surface.evaluate(x, grad);
     double sum = 0;
     for (const auto& g : grad) sum += dot(g, g);
     const double way = sum > tiny<double>() ? std::abs(C) / std::sqrt(sum) : 0;
-    for (const int i : shell.particles) raise(most[i], way);
+    for (const int i : surface.particles) raise_to(most[i], way);
   }
   return most;
 }

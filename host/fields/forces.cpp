@@ -13,31 +13,35 @@ namespace malha {
 
 namespace {
 
-constexpr double kResolved = 0.1;  // of a compliance: more is too stiff for the substeps
-constexpr double kForEver = std::numeric_limits<double>::infinity();
+constexpr double kResolved =
+    0.1;  // ratio of stiffness in substeps to compliance, above which a constraint is too stiff
+constexpr double kNever = std::numeric_limits<double>::infinity();
 
-void push(Vec3& sum, const Vector3<double>& force) { sum[0] += force.x, sum[1] += force.y, sum[2] += force.z; }
+void accumulate(Vec3& sum, const Vector3<double>& force) { sum[0] += force.x, sum[1] += force.y, sum[2] += force.z; }
 
-/// An energy is so much times C^2 / 2 over the compliance: neo_hookean's C has no volume in it.
+/// Returns the factor of C^2 / (2 compliance) in the energy: the volume for neo_hookean, whose C does not contain it,
+/// otherwise 1.
 template <class Kind>
 double energy_per_C2(const double* rest) {
   if constexpr (requires { Kind::volume(rest); }) return Kind::volume(rest);
   return 1;
 }
 
-/// -C grad C / compliance of one constraint, added to the forces on its particles.
+/// Adds -C grad C / compliance of one constraint to the forces on its particles.
 template <class Kind>
-void pull(const std::vector<Vec3>& x, const int* particles, const double* rest, double stiffness,
-          std::vector<Vec3>& forces) {
+void add_constraint_force(const std::vector<Vec3>& x, const int* particles, const double* rest, double stiffness,
+                          std::vector<Vec3>& forces) {
   Vector3<double> q[Kind::particles], grad[Kind::particles];
   corners<Kind>(x.data(), particles, q);
   double scale;
   const double C = Kind::evaluate(q, rest, true, grad, scale);  // both times scale
   if (!(scale > 0) || (Kind::inequality && C >= 0)) return;
-  for (int j = 0; j < Kind::particles; ++j) push(forces[particles[j]], grad[j] * (-stiffness * C / (scale * scale)));
+  for (int j = 0; j < Kind::particles; ++j)
+    accumulate(forces[particles[j]], grad[j] * (-stiffness * C / (scale * scale)));
 }
 
-/// sum w |grad C|^2 h^2 at rest, m/N: what a compliance is compared with. 0 of Desbrun's method, which is implicit.
+/// Returns sum w |grad C|^2 h^2 at rest, m/N, to be compared with a compliance; 0 by Desbrun's method, which is
+/// implicit.
 template <class Kind>
 double stiffness_in_substeps(const Model& model, const int* particles, const double* rest) {
   if (model.scene.solver.type != "pbd") return 0;
@@ -50,31 +54,32 @@ double stiffness_in_substeps(const Model& model, const int* particles, const dou
   return scale > 0 ? sum * h * h * energy_per_C2<Kind>(rest) / (scale * scale) : 0;
 }
 
-/// Until when each particle is held, s; 0: it never is.
-std::vector<double> held_until(const Model& model) {
+/// Returns the time (s) at which each particle is released; infinity for permanent pins, 0 for particles that are not
+/// pinned.
+std::vector<double> release_times(const Model& model) {
   std::vector<double> release_time(model.x.size(), 0);
   for (std::size_t i = 0; i < release_time.size(); ++i)
-    if (!(model.w[i] > 0)) release_time[model.user_index[i]] = kForEver;
+    if (!(model.w[i] > 0)) release_time[model.user_index[i]] = kNever;
   for (const MovedPins& moved : model.moved)
-    for (const int i : moved.particles) release_time[model.user_index[i]] = moved.release_time.value_or(kForEver);
+    for (const int i : moved.particles) release_time[model.user_index[i]] = moved.release_time.value_or(kNever);
   return release_time;
 }
 
-bool at_a_pin(const std::vector<int>& user, const std::vector<double>& release_time) {
+bool has_pin(const std::vector<int>& user, const std::vector<double>& release_time) {
   return std::any_of(user.begin(), user.end(), [&](int i) { return release_time[i] > 0; });
 }
 
 }  // namespace
 
 PinForces::PinForces(const Model& model) : particles_(model.x.size()) {
-  const std::vector<double> release_time = held_until(model);
+  const std::vector<double> release_time = release_times(model);
   for (const auto* sets : {&model.sets, &model.stencils})
     for (const ConstraintSet& set : *sets) add(model, set, release_time);
   for (const SpringSet& set : model.springs) add(model, set, release_time);
   for (const PressureSet& set : model.pressures) add(model, set, release_time);
   std::set<int> pulled;
   for (const Set& set : sets_) pulled.insert(set.particles.begin(), set.particles.end());
-  for (const Pressed& one : pressed_) pulled.insert(one.shell.particles.begin(), one.shell.particles.end());
+  for (const PressureForce& one : pressures_) pulled.insert(one.surface.particles.begin(), one.surface.particles.end());
   for (const int i : pulled)
     if (release_time[i] > 0) pins_.push_back({i, release_time[i]});
 }
@@ -84,8 +89,8 @@ void PinForces::add(const Model& model, const ConstraintSet& set, const std::vec
   with_kind(set.type, [&]<class Kind>(Kind) {
     for (int c = 0; c < set.count(); ++c) {
       const int* const particles = &set.particles[std::size_t(c) * Kind::particles];
-      const auto user = in_user_numbers(model, particles, Kind::particles);
-      if (!at_a_pin(user, release_time)) continue;
+      const auto user = to_user_indices(model, particles, Kind::particles);
+      if (!has_pin(user, release_time)) continue;
       double rest[Kind::numbers];
       rest_values<Kind>(model.x.data(), particles, set.parameter, rest);
       if (!(set.alpha(c) > 0) || stiffness_in_substeps<Kind>(model, particles, rest) > kResolved * set.alpha(c)) {
@@ -103,8 +108,8 @@ void PinForces::add(const Model& model, const ConstraintSet& set, const std::vec
 void PinForces::add(const Model& model, const SpringSet& set, const std::vector<double>& release_time) {
   Set own{Distance::name, {}, {}, {}};
   for (std::size_t s = 0; s < set.ends.size(); ++s) {
-    const std::vector<int> user = in_user_numbers(model, set.ends[s].data(), 2);
-    if (!at_a_pin(user, release_time)) continue;
+    const std::vector<int> user = to_user_indices(model, set.ends[s].data(), 2);
+    if (!has_pin(user, release_time)) continue;
     own.particles.insert(own.particles.end(), user.begin(), user.end());
     own.rest.push_back(set.rest[s]), own.stiffness.push_back(set.stiffness[s]);
   }
@@ -112,10 +117,10 @@ void PinForces::add(const Model& model, const SpringSet& set, const std::vector<
 }
 
 void PinForces::add(const Model& model, const PressureSet& set, const std::vector<double>& release_time) {
-  Shell shell(model, set);
-  if (!at_a_pin(shell.particles, release_time)) return;
+  ClosedSurface surface(model, set);
+  if (!has_pin(surface.particles, release_time)) return;
   if (!(set.compliance.value_or(0) > 0)) return void(++left_out_);
-  pressed_.push_back({std::move(shell), 1 / *set.compliance});
+  pressures_.push_back({std::move(surface), 1 / *set.compliance});
 }
 
 std::vector<PinForce> PinForces::operator()(const std::vector<Vec3>& x, double time) const {
@@ -124,12 +129,14 @@ std::vector<PinForce> PinForces::operator()(const std::vector<Vec3>& x, double t
   for (const Set& set : sets_)
     with_kind(set.type, [&]<class Kind>(Kind) {
       for (std::size_t c = 0; c < set.stiffness.size(); ++c)
-        pull<Kind>(x, &set.particles[c * Kind::particles], &set.rest[c * Kind::numbers], set.stiffness[c], forces);
+        add_constraint_force<Kind>(x, &set.particles[c * Kind::particles], &set.rest[c * Kind::numbers],
+                                   set.stiffness[c], forces);
     });
   std::vector<Vector3<double>> gradient;
-  for (const auto& [shell, stiffness] : pressed_) {
-    const double C = shell.evaluate(x, gradient);
-    for (std::size_t i = 0; i < gradient.size(); ++i) push(forces[shell.particles[i]], gradient[i] * (-stiffness * C));
+  for (const auto& [surface, stiffness] : pressures_) {
+    const double C = surface.evaluate(x, gradient);
+    for (std::size_t i = 0; i < gradient.size(); ++i)
+      accumulate(forces[surface.particles[i]], gradient[i] * (-stiffness * C));
   }
   std::vector<PinForce> all;
   for (const Pin& pin : pins_)

@@ -6,7 +6,7 @@
 
 namespace malha {
 
-std::vector<int> in_user_numbers(const Model& model, const int* particles, std::size_t count) {
+std::vector<int> to_user_indices(const Model& model, const int* particles, std::size_t count) {
   std::vector<int> user;
   user.reserve(count);
   for (std::size_t j = 0; j < count; ++j) user.push_back(model.user_index[particles[j]]);
@@ -15,12 +15,12 @@ std::vector<int> in_user_numbers(const Model& model, const int* particles, std::
 
 void require_particles(std::size_t found, std::size_t allowed) {
   if (found != allowed)
-    throw std::invalid_argument("a look: found " + std::to_string(found) + " particles; allowed: the " +
+    throw std::invalid_argument("a visual field: found " + std::to_string(found) + " particles; allowed: the " +
                                 std::to_string(allowed) + " that it was made for");
 }
 
-Shell::Shell(const Model& model, const PressureSet& set)
-    : particles(in_user_numbers(model, set.particles.data(), set.particles.size())) {
+ClosedSurface::ClosedSurface(const Model& model, const PressureSet& set)
+    : particles(to_user_indices(model, set.particles.data(), set.particles.size())) {
   std::vector<int> place(model.x.size(), -1);
   for (std::size_t i = 0; i < set.particles.size(); ++i) place[set.particles[i]] = static_cast<int>(i);
   const Vector3<double> o = vector(model.x[set.particles[0]]);
@@ -31,7 +31,7 @@ Shell::Shell(const Model& model, const PressureSet& set)
   target *= set.volume_ratio;
 }
 
-double Shell::evaluate(const std::vector<Vec3>& x, std::vector<Vector3<double>>& gradient) const {
+double ClosedSurface::evaluate(const std::vector<Vec3>& x, std::vector<Vector3<double>>& gradient) const {
   gradient.assign(particles.size(), {0, 0, 0});
   std::vector<Vector3<double>> p;
   for (const int i : particles) p.push_back(vector(x[i]) - vector(x[particles[0]]));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What looks make of a model, in the user's numbers: they keep nothing of it.
+// Parts of a model in the user's order, for visual fields.
 #pragma once
 #include <cstddef>
 #include <vector>
@@ -10,21 +10,21 @@
 
 namespace malha {
 
-/// `particles`: of the solver.
-std::vector<int> in_user_numbers(const Model& model, const int* particles, std::size_t count);
+/// Maps `particles` from the solver's order to the user's.
+std::vector<int> to_user_indices(const Model& model, const int* particles, std::size_t count);
 
-/// Throws std::invalid_argument for another number of particles than those that a look was made for.
+/// Throws std::invalid_argument for another number of particles than the field was made for.
 void require_particles(std::size_t found, std::size_t allowed);
 
-/// A body with pressure.
-struct Shell {
-  Shell(const Model& model, const PressureSet& set);
-  /// V - V0 (m^3) at x (m), and its gradient (m^2) at each of `particles`.
+/// Closed surface of a body with pressure.
+struct ClosedSurface {
+  ClosedSurface(const Model& model, const PressureSet& set);
+  /// Returns V - V0 (m^3) at x (m), and its gradient (m^2) at each of `particles`.
   double evaluate(const std::vector<Vec3>& x, std::vector<Vector3<double>>& gradient) const;
 
   std::vector<int> particles;
-  std::vector<Triangle> triangles;  // by places in `particles`
-  double target = 0;                // V0
+  std::vector<Triangle> triangles;  // indices in `particles`
+  double target = 0;                // V0, m^3
 };
 
 }  // namespace malha

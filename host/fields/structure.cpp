@@ -6,7 +6,7 @@ namespace malha {
 
 namespace {
 
-/// Those of patch k, in its order.
+/// Adds the lines of patch k, in its order.
 void add_lines(const Model& model, const PatchPlan& plan, int k, Structure& to) {
   const Patch& patch = plan.patches[k];
   for (int b = 0; b < patch.batches; ++b) {
@@ -28,7 +28,7 @@ void add_lines(const Model& model, const PatchPlan& plan, int k, Structure& to) 
 Structure structure(const Model& model, int threads) {
   Structure all;
   all.patch.assign(model.x.size(), -1), all.phase = all.patch;
-  if (model.scene.solver.type == "desbrun" && model.sets.empty()) return all;  // springs are not swept
+  if (model.scene.solver.type == "desbrun" && model.sets.empty()) return all;  // springs are not projected
   const PatchPlan plan = plan_patches(model, threads);
   all.patches = static_cast<int>(plan.patches.size()), all.phases = plan.phases();
   for (int phase = 0; phase < all.phases; ++phase)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the frame formats share among themselves; the public door is host/output/frames.h.
+// Interface and helpers of the frame formats; host/output/frames.h is the public interface.
 #pragma once
 #include <array>
 #include <bit>
@@ -12,7 +12,7 @@
 
 namespace malha {
 
-/// One frame, as a format sees it.
+/// The data of one frame.
 struct Frame {
   int index;
   double time;                       // s
@@ -20,8 +20,8 @@ struct Frame {
   std::span<const Vec3> velocities;  // m/s
 };
 
-/// One file format. What is on the disk is valid after the constructor and after every write, but where finish() says
-/// more: then after that, and a run that was killed before it goes on all the same.
+/// One file format. The files are valid after the constructor and after every write. A format with a finish() of its
+/// own completes its file there; a run that was killed before can still be resumed.
 class FrameFormat {
  public:
   virtual ~FrameFormat() = default;
@@ -37,19 +37,20 @@ std::unique_ptr<FrameFormat> make_ply(const std::filesystem::path& folder, const
 std::unique_ptr<FrameFormat> make_obj(const std::filesystem::path& folder, const FrameTopology& topology, int next);
 std::unique_ptr<FrameFormat> make_glb(const std::filesystem::path& folder, const FrameTopology& topology, int next);
 
-/// "frame_000012.vtp" for (12, ".vtp").
+/// Returns "frame_000012.vtp" for (12, ".vtp").
 std::string frame_name(int index, const std::string& extension);
 
-/// The index in a name that frame_name made with this extension; -1 for any other name.
+/// Returns the index in a name that frame_name made with this extension; -1 for any other name.
 int frame_index(const std::string& name, const std::string& extension);
 
 /// Removes the frames of `extension` in `folder` whose index is `next` or more.
 void drop_frames(const std::filesystem::path& folder, const std::string& extension, int next);
 
-/// The mesh as Wavefront OBJ text, each number with the fewest digits that read back as it is, or as its float is.
+/// Returns the mesh as Wavefront OBJ text, each number with the fewest digits that read back to the same double or
+/// float.
 std::string obj_text(std::span<const Vec3> points, bool in_double, const std::string& elements);
 
-/// The part of an OBJ that follows the points: faces, lines and loose points, counted from 1.
+/// Returns the part of an OBJ that follows the points: faces, lines and loose points, counted from 1.
 std::string obj_elements(const FrameTopology& topology);
 
 template <class T>
@@ -62,7 +63,7 @@ void append_all(std::string& bytes, std::span<const T> values) {
   bytes.append(reinterpret_cast<const char*>(values.data()), values.size_bytes());
 }
 
-/// Three numbers as doubles or as floats.
+/// Appends three numbers as doubles or as floats.
 inline void append(std::string& bytes, const Vec3& x, bool in_double) {
   if (in_double) return append(bytes, x);
   append(bytes, std::array{static_cast<float>(x[0]), static_cast<float>(x[1]), static_cast<float>(x[2])});

@@ -23,7 +23,7 @@ FrameVertices::FrameVertices(const RenderMesh& look) : particles_(look.points.si
 
 FrameTopology FrameVertices::topology(const Model& model) const {
   const RenderMesh& look = model.look;
-  FrameTopology all{look.faces, look.lines, {}, places(look.points)};
+  FrameTopology all{look.faces, look.lines, {}, vertex_positions(look.points)};
   all.in_double = model.scene.solver.precision == Precision::Double;
   all.environment = model.environment;
   for (std::size_t b = 0; b < model.scene.bodies.size(); ++b)
@@ -34,7 +34,7 @@ FrameTopology FrameVertices::topology(const Model& model) const {
       for (int k = 0; k < 4; ++k) {
         const int particle = look.faces[f][k];
         if (particle < 0) continue;
-        // The corner that the file names, unless tearing put another particle there.
+        // The vertex that the file names for this corner, unless tearing replaced its particle.
         const int own = in_file.empty() ? -1 : begin_[b] + in_file[f - look.face_begin[b]][k];
         all.faces[f][k] = own >= 0 && particle_[own] == particle ? own : lowest_[particle];
       }
@@ -56,11 +56,11 @@ FrameTopology FrameVertices::topology(const Model& model) const {
   return all;
 }
 
-std::vector<Vec3> FrameVertices::places(std::vector<Vec3> of_particles) const {
+std::vector<Vec3> FrameVertices::vertex_positions(std::vector<Vec3> of_particles) const {
   return spread(std::move(of_particles), unused_);
 }
 
-std::vector<Vec3> FrameVertices::velocities(std::vector<Vec3> of_particles) const {
+std::vector<Vec3> FrameVertices::vertex_velocities(std::vector<Vec3> of_particles) const {
   return spread(std::move(of_particles), std::vector<Vec3>(unused_.size()));
 }
 
@@ -72,11 +72,11 @@ std::vector<Vec3> FrameVertices::spread(std::vector<Vec3> of_particles, const st
   return all;
 }
 
-std::vector<Vec3> FrameVertices::of_particles(std::vector<Vec3> places) const {
-  if (places.size() != count()) return {};
-  if (particle_.empty()) return places;
+std::vector<Vec3> FrameVertices::particle_positions(std::vector<Vec3> of_vertices) const {
+  if (of_vertices.size() != count()) return {};
+  if (particle_.empty()) return of_vertices;
   std::vector<Vec3> all;
-  for (const int vertex : lowest_) all.push_back(places[vertex]);
+  for (const int vertex : lowest_) all.push_back(of_vertices[vertex]);
   return all;
 }
 

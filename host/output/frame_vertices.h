@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The vertices of frames: each body's as its file counts them, so that what hangs on the file (its UVs, its materials)
-// fits every frame.
+// Vertices of frames in the order of each body's mesh file, so that the file's UVs and materials fit every frame.
 #pragma once
 #include <vector>
 
@@ -16,13 +15,13 @@ class FrameVertices {
   std::size_t count() const { return particle_.empty() ? particles_ : particle_.size(); }
   FrameTopology topology(const Model& model) const;
 
-  /// Places (m) and velocities (m/s) of the particles, in the user's order, as those of the vertices: what nothing uses
-  /// lies where it starts.
-  std::vector<Vec3> places(std::vector<Vec3> of_particles) const;
-  std::vector<Vec3> velocities(std::vector<Vec3> of_particles) const;
+  /// Maps positions (m) and velocities (m/s) of the particles, in the user's order, to the vertices. Unused vertices
+  /// stay where they start.
+  std::vector<Vec3> vertex_positions(std::vector<Vec3> of_particles) const;
+  std::vector<Vec3> vertex_velocities(std::vector<Vec3> of_particles) const;
 
-  /// The places of the particles from those of the vertices; none where they are not `count`.
-  std::vector<Vec3> of_particles(std::vector<Vec3> places) const;
+  /// Maps positions of the vertices to the particles; returns none if there are not count() of them.
+  std::vector<Vec3> particle_positions(std::vector<Vec3> of_vertices) const;
 
  private:
   std::vector<Vec3> spread(std::vector<Vec3> of_particles, const std::vector<Vec3>& of_unused) const;
@@ -30,11 +29,11 @@ class FrameVertices {
   int lowest_vertex(int particle) const { return lowest_.empty() ? particle : lowest_[particle]; }
 
   std::size_t particles_;
-  // Empty where vertex i is particle i:
-  std::vector<int> particle_;  // of each vertex; -1: none
-  std::vector<int> lowest_;    // vertex of each particle
+  // All are empty where vertex i is particle i.
+  std::vector<int> particle_;  // particle of each vertex; -1: unused
+  std::vector<int> lowest_;    // lowest vertex of each particle
   std::vector<int> begin_;     // first vertex of each body
-  std::vector<Vec3> unused_;   // m, of the vertices that are no particle
+  std::vector<Vec3> unused_;   // m, positions of the unused vertices
 };
 
 }  // namespace malha

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Frames of a run as files that other programs open: ParaView, Blender, Maya, Houdini, MeshLab.
+// Writer of a run's frames for other programs: ParaView, Blender, Maya, Houdini, MeshLab.
 #pragma once
 #include <filesystem>
 #include <memory>
@@ -13,22 +13,22 @@ namespace malha {
 
 struct FrameBody {
   std::string name;
-  int begin;  // its first point
+  int begin;  // index of its first point
 };
 
-/// What does not change from frame to frame, by the user's numbers; several bodies are concatenated.
+/// Topology that all frames share, in the user's numbering; several bodies are concatenated.
 struct FrameTopology {
-  std::vector<Quad> faces;    // a triangle has -1 in its last place; may be empty
-  std::vector<Edge> lines;    // edges that belong to no face
-  std::vector<int> loose;     // points that belong to no face and no line
-  std::vector<Vec3> rest;     // points at rest, m; their number is that of every frame
-  bool in_double = false;     // numbers as they are, not rounded to float, in formats that have such (all but pc2)
-  std::vector<int> unused{};  // points that only count: no format draws them
-  std::vector<FrameBody> bodies{};                 // at least one, and
-  std::span<const EnvironmentMesh> environment{};  // which outlive the writer: of "glb" alone
+  std::vector<Quad> faces;          // a triangle has -1 as its fourth corner; may be empty
+  std::vector<Edge> lines;          // edges that belong to no face
+  std::vector<int> loose;           // points that belong to no face and no line
+  std::vector<Vec3> rest;           // points at rest, m; every frame has as many
+  bool in_double = false;           // writes doubles, not floats, in formats that have them (all but pc2)
+  std::vector<int> unused{};        // points that no element uses, but that count in the numbering
+  std::vector<FrameBody> bodies{};  // at least one
+  std::span<const EnvironmentMesh> environment{};  // used by "glb" alone; it must outlive the writer
 };
 
-/// Throws InputError where so many frames of so many points are more than the one file of "glb" may hold.
+/// Throws InputError if a "glb" file cannot hold this many frames of this many points.
 void check_glb(const Scene& scene, std::size_t points, std::int64_t frames);
 
 class FrameFormat;  // host/output/frame_formats.h
@@ -42,10 +42,10 @@ class FrameFormat;  // host/output/frame_formats.h
 ///   "glb"  run.glb (glTF 2.0: bodies, environment, frames on a timeline), which appears at finish()
 class FrameWriter {
  public:
-  /// Makes the folder where it is missing. `next` is the index of the first frame to be written: frames of an earlier
-  /// run from there on are removed, those before it are kept (next > 0 continues a run, 0 starts afresh).
-  /// Throws std::runtime_error that names the path: folder or file that cannot be written, or a points.pc2 that does
-  /// not continue at `next`; std::invalid_argument for an unknown format.
+  /// Makes the folder if it is missing. `next` is the index of the first frame to be written: frames of an earlier run
+  /// from there on are removed, those before it are kept (next > 0 continues a run, 0 starts a new one). Throws
+  /// std::runtime_error that names the path: folder or file that cannot be written, or a points.pc2 that does not
+  /// continue at `next`; std::invalid_argument for an unknown format.
   FrameWriter(const std::filesystem::path& folder, const std::vector<std::string>& formats,
               const FrameTopology& topology, int next = 0);
   FrameWriter(FrameWriter&&) noexcept;
@@ -56,10 +56,10 @@ class FrameWriter {
   /// std::invalid_argument. Throws std::runtime_error that names the path (full disk).
   void write(double time, std::span<const Vec3> points, std::span<const Vec3> velocities);
 
-  /// Call after the last write: some files are whole only then. Throws as write() does.
+  /// Completes files that are valid only after the last write. Throws as write() does.
   void finish();
 
-  /// Index of the frame that the next write makes.
+  /// Returns the index of the next frame to be written.
   int next() const { return next_; }
 
  private:

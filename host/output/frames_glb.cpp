@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// glTF 2.0: one binary file of the bodies, the environment and all frames, for browsers, Blender and other viewers.
-// Layout: 12 bytes of header, a JSON chunk, a binary chunk. The binary chunk begins with what is in a GlbPart.
+// glTF 2.0 writer: one binary file of the bodies, the environment and all frames, for browsers, Blender and other
+// viewers. Layout: 12 bytes of header, a JSON chunk, a binary chunk. The binary chunk begins with the contents of a
+// GlbPart.
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <limits>
@@ -96,14 +97,15 @@ class Glb : public FrameFormat {
   GlbPart part_;
   std::vector<CentredPoints> bodies_;
   std::vector<Moving> moving_;
-  std::vector<float> numbers_;  // of the last frame; kept, because fresh pages cost more than the copies
+  std::vector<float> numbers_;  // of the last frame; kept, because new memory pages cost more than the copies
 };
 
 }  // namespace
 
 void check_glb(const Scene& scene, std::size_t points, std::int64_t frames) {
-  constexpr double kMostFrames = 2000;  // browsers hold a target in a layer of a texture, and have 2048 of them
-  constexpr double kMostBytes = 4e9;    // 2^32, less what is no frame
+  constexpr double kMostFrames =
+      2000;                           // browsers hold each morph target in a layer of a texture, which has at most 2048
+  constexpr double kMostBytes = 4e9;  // 2^32, less the data besides frames
   const double bytes = 12.0 * static_cast<double>(points) * static_cast<double>(frames);
   const auto check = [&](double found, double most, const std::string& as_text, const std::string& most_as_text) {
     if (found > most)

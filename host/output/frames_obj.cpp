@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Wavefront OBJ, one text file a frame.
+// Wavefront OBJ writer: one text file a frame.
 #include <charconv>
 
 #include "host/base/file.h"

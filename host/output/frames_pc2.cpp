@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// PointCache2: one growing file of samples, and the mesh at rest beside it for Blender's or Maya's mesh cache.
-// Layout: char[12] "POINTCACHE2\0", int version (1), int points, float first frame, float frames per sample,
-// int samples, then samples x points x 3 floats; all little-endian. Sample i is frame (first + i).
+// PointCache2 writer: one growing file of samples, and the mesh at rest beside it for Blender's or Maya's mesh cache.
+// Layout: char[12] "POINTCACHE2\0", int version (1), int points, float first frame, float frames per sample, int
+// samples, then samples x points x 3 floats; all little-endian. Sample i is frame (first + i).
 #include <cerrno>
 #include <cstddef>
 #include <cstdint>
@@ -27,8 +27,8 @@ struct Header {
 static_assert(sizeof(Header) == 32);
 constexpr char kSignature[12] = "POINTCACHE2";
 
-/// Loose and unused points as lines of no length: Blender ignores "p" elements and drops vertices that no element uses,
-/// and the cache would no longer match.
+/// Writes loose and unused points as lines of no length. Blender ignores "p" elements and drops vertices that no
+/// element uses, and the cache would no longer match.
 std::string elements(FrameTopology topology) {
   for (const auto* points : {&topology.loose, &topology.unused})
     for (const int point : *points) topology.lines.push_back({point, point});
@@ -50,7 +50,7 @@ class Pc2 : public FrameFormat {
     }
   }
 
-  /// The sample first, then its count: an interrupted write leaves bytes behind the last sample, which nobody reads.
+  /// Writes the sample before the count, so that an interrupted write only leaves unused bytes after the last sample.
   void write(const Frame& frame) override {
     const auto sample = static_cast<std::int32_t>(frame.index - first_);
     bytes_.clear();
@@ -95,8 +95,8 @@ class Pc2 : public FrameFormat {
 
   fs::path path_;
   std::size_t points_;
-  int first_;          // the frame of sample 0
-  std::string bytes_;  // of the last frame; kept, because fresh pages cost more than the copies
+  int first_;          // index of the frame of sample 0
+  std::string bytes_;  // of the last frame; kept, because new memory pages cost more than the copies
 };
 
 }  // namespace

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// PLY, binary little-endian, one file a frame. Loose and unused points are vertices that no face and no edge uses.
+// PLY writer: one binary little-endian file a frame. Loose and unused points are vertices that no face and no edge
+// uses.
 #include "host/base/file.h"
 #include "host/output/frame_formats.h"
 
@@ -44,7 +45,7 @@ class Ply : public FrameFormat {
   std::filesystem::path folder_;
   bool in_double_;
   std::string header_, elements_;  // the same in every frame
-  std::string bytes_;              // of the last frame; kept, because fresh pages cost more than the copies
+  std::string bytes_;              // of the last frame; kept, because new memory pages cost more than the copies
 };
 
 }  // namespace

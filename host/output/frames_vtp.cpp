@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// VTK PolyData in XML with raw appended data, one file a frame, and a .pvd collection that gives each its time.
+// VTK PolyData writer: one XML file with raw appended data a frame, and a .pvd collection that gives each its time.
 // (VTK File Formats, kitware: "XML File Formats", appended data.) Each array is a 64-bit byte count and its values.
 #include <charconv>
 #include <cstdint>
@@ -13,7 +13,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// The cells of one kind as VTK wants them: corners one after another, and where each cell ends.
+/// Cells of one kind in VTK's layout: the corners of all cells, and the end offset of each cell.
 struct Cells {
   std::vector<std::int32_t> corners, ends;
 
@@ -29,7 +29,7 @@ void append_array(std::string& bytes, std::span<const T> values) {
   append_all(bytes, values);
 }
 
-/// The XML that refers to the appended bytes, and those of them that every frame shares.
+/// The XML of a frame, and the appended bytes that all frames share.
 class Document {
  public:
   explicit Document(const FrameTopology& topology) : in_double_(topology.in_double) {
@@ -96,7 +96,7 @@ class Vtp : public FrameFormat {
  public:
   Vtp(fs::path folder, const FrameTopology& topology, int next) : folder_(std::move(folder)), document_(topology) {
     if (next > 0 && fs::exists(folder_ / "frames.pvd")) keep_entries(next);
-    write_collection();  // before the frames go: it never names one that is not there
+    write_collection();  // written before the frames are removed, so that it never names a missing one
     drop_frames(folder_, ".vtp", next);
   }
 
@@ -114,7 +114,7 @@ class Vtp : public FrameFormat {
   static constexpr char kEntry[] = "<DataSet timestep=\"";
   static constexpr char kFile[] = "\" file=\"";
 
-  /// The lines of the collection on the disk that this class wrote for frames before `next`.
+  /// Keeps the entries of an earlier collection for frames before `next`.
   void keep_entries(int next) {
     const std::string text = read_whole(folder_ / "frames.pvd");
     for (std::size_t at = text.find(kEntry); at != std::string::npos; at = text.find(kEntry, at + 1)) {
@@ -136,7 +136,7 @@ class Vtp : public FrameFormat {
 
   fs::path folder_;
   Document document_;
-  std::string bytes_;  // of the last frame; kept, because fresh pages cost more than the copies
+  std::string bytes_;  // of the last frame; kept, because new memory pages cost more than the copies
   std::string entries_;
 };
 

@@ -15,7 +15,7 @@ namespace malha {
 
 namespace {
 
-constexpr int kScenes = 6, kColumns = 3;  // of the storyboard
+constexpr int kScenes = 6, kColumns = 3;  // pictures and columns of the storyboard
 
 std::vector<std::array<float, 3>> to_float(const std::vector<Vec3>& points, int begin, int end) {
   std::vector<std::array<float, 3>> result;
@@ -78,31 +78,32 @@ bool Gallery::in_series(std::int64_t step) const {
 }
 
 bool Gallery::in_storyboard(std::int64_t step) const {
-  // kScenes steps from the first to the last, evenly.
+  // kScenes steps are evenly distributed from the first to the last.
   const auto scene = [this](std::int64_t at) { return (at - first_) * (kScenes - 1) / (last_ - first_); };
   return step == first_ || scene(step) != scene(step - 1);
 }
 
-bool Gallery::wants(std::int64_t step) const { return in_series(step) || in_storyboard(step); }
+bool Gallery::is_due(std::int64_t step) const { return in_series(step) || in_storyboard(step); }
 
-void Gallery::look(std::int64_t step, double time, const std::vector<Vec3>& positions) {
+void Gallery::draw_if_due(std::int64_t step, double time, const std::vector<Vec3>& positions) {
   if (in_series(step)) {
     char name[64];
     std::snprintf(name, sizeof name, "picture_%06lld.png", static_cast<long long>(step));
-    if (const Image image = take(time, positions, 1, stop_); image.width > 0)
+    if (const Image image = render_image(time, positions, 1, stop_); image.width > 0)
       write_png(results_.pictures / name, image);
   }
   if (!in_storyboard(step)) return;
-  if (Image image = take(time, positions, 2, stop_); image.width > 0) storyboard_.push_back(std::move(image));
+  if (Image image = render_image(time, positions, 2, stop_); image.width > 0) storyboard_.push_back(std::move(image));
 }
 
 void Gallery::finish(double time, const std::vector<Vec3>& positions) const {
-  write_png(results_.picture, take(time, positions, 1, nullptr));
+  write_png(results_.picture, render_image(time, positions, 1, nullptr));
 }
 
 void Gallery::write_storyboard() const { write_png(results_.storyboard, contact_sheet(storyboard_, kColumns)); }
 
-Image Gallery::take(double time, const std::vector<Vec3>& positions, int divisor, const std::atomic<bool>* stop) const {
+Image Gallery::render_image(double time, const std::vector<Vec3>& positions, int divisor,
+                            const std::atomic<bool>* stop) const {
   const auto& size = model_.scene.outputs.picture->size;
   return render(draw(model_, positions, time), camera_, std::max(1, size[0] / divisor), std::max(1, size[1] / divisor),
                 threads_, stop);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The pictures of a run: one of the end, a series if asked for, and a storyboard.
+// Pictures of a run: one of the end, a series if the scene names one, and a storyboard.
 #pragma once
 #include <vector>
 
@@ -10,26 +10,27 @@
 
 namespace malha {
 
-/// Bodies (positions in the user's order) and environment at a time (s), ready to be rendered.
+/// Returns drawings of bodies (positions in the user's order) and environment at a time (s).
 std::vector<Drawing> draw(const Model& model, const std::vector<Vec3>& positions, double time);
 
 class Gallery {
  public:
-  /// The scene's outputs say which pictures to make (outputs.picture is set); the run goes from step `first` to `last`.
+  /// Draws the pictures that the scene's outputs name (outputs.picture is set) of a run from step `first` to `last`.
   Gallery(const Model& model, const Results& results, std::int64_t first, std::int64_t last, int threads,
           const std::atomic<bool>* stop = nullptr);
 
-  /// Call at the start and after every step. What is not drawn when the run is stopped is left out.
-  void look(std::int64_t step, double time, const std::vector<Vec3>& positions);
-  /// Whether look would make a picture of this step: positions need not be fetched for the others.
-  bool wants(std::int64_t step) const;
-  /// The picture of the end, which is drawn whole.
+  /// Draws the pictures that are due at this step; called at the start and after every step. Pictures that `stop`
+  /// interrupts are left out.
+  void draw_if_due(std::int64_t step, double time, const std::vector<Vec3>& positions);
+  /// Returns whether this step has a picture, so that positions are fetched for no other.
+  bool is_due(std::int64_t step) const;
+  /// Writes the picture of the end, which `stop` does not interrupt.
   void finish(double time, const std::vector<Vec3>& positions) const;
-  /// Of what was seen so far.
+  /// Writes the storyboard of the pictures so far.
   void write_storyboard() const;
 
  private:
-  Image take(double time, const std::vector<Vec3>& positions, int divisor, const std::atomic<bool>* stop) const;
+  Image render_image(double time, const std::vector<Vec3>& positions, int divisor, const std::atomic<bool>* stop) const;
   bool in_series(std::int64_t step) const;
   bool in_storyboard(std::int64_t step) const;
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// tinygltf has the model and writes the JSON. Not the file: it would hold the binary chunk in memory, twice.
+// tinygltf holds the model and writes the JSON. It does not write the file, because it would hold the binary chunk
+// twice in memory.
 #include "host/output/glb_json.h"
 
 #include <algorithm>
@@ -40,7 +41,7 @@ namespace gltf = tinygltf;
 
 std::vector<double> as_doubles(std::span<const float> floats) { return {floats.begin(), floats.end()}; }
 
-/// Corners of triangles, ends of lines and loose points, by the body's own numbers.
+/// Corners of triangles, ends of lines and loose points, numbered within a body.
 struct Elements {
   std::vector<std::uint32_t> triangles, lines, loose;
 };
@@ -88,8 +89,8 @@ class Writer {
     std::ostringstream out;
     gltf::TinyGLTF().WriteGltfSceneToStream(&model_, out, false, false);
     std::string json = out.str();
-    json.pop_back();  // a line's end
-    // tinygltf writes the length of the bytes that it has, and it has none.
+    json.pop_back();  // the newline
+    // tinygltf would write the length of its own buffer, which is empty.
     json.insert(1, "\"buffers\":[{\"byteLength\":" + std::to_string(frames_.size() + rest_.size()) + "}],");
     return {std::move(json), std::move(rest_)};
   }
@@ -104,7 +105,7 @@ class Writer {
     return static_cast<int>(all.size()) - 1;
   }
 
-  /// `stride`: of vertices, else 0.
+  /// Adds a buffer view. `stride`: bytes between vertices; 0 for other data.
   int view(std::size_t offset, std::size_t length, std::size_t stride = 0) {
     gltf::BufferView one;
     one.buffer = 0, one.byteOffset = offset, one.byteLength = length, one.byteStride = stride;
@@ -125,7 +126,7 @@ class Writer {
     return add(model_.accessors, one);
   }
 
-  /// With their bounds, which viewers need before they look at the points.
+  /// Adds an accessor of points with their bounds, which viewers need before they read the points.
   int points(int of_view, std::size_t offset, const float* x, std::size_t count) {
     constexpr float kMost = std::numeric_limits<float>::max();
     Float3 low{kMost, kMost, kMost}, high{-kMost, -kMost, -kMost};
@@ -137,7 +138,7 @@ class Writer {
     return made;
   }
 
-  /// Each float after the one before, as timelines must be.
+  /// Adds the times of the frames, strictly increasing in float, as glTF requires.
   void add_times() {
     std::vector<float> times;
     for (int k = 0; k < header_.count; ++k) {
@@ -146,7 +147,8 @@ class Writer {
     }
     times_ = accessor(put(times), TINYGLTF_TYPE_SCALAR, times.size());
     model_.accessors.back().minValues = {times.front()}, model_.accessors.back().maxValues = {times.back()};
-    // At the time of each frame its own target counts 1, all others nothing: a matrix that is kept without its zeros.
+    // At the time of each frame the weight of its own target is 1 and all others are 0: an identity matrix, stored
+    // sparsely.
     std::vector<std::uint32_t> places;
     const auto count = static_cast<std::uint32_t>(header_.count);
     for (std::uint32_t k = 0; k < count; ++k) places.push_back(k * count + k);
@@ -170,7 +172,7 @@ class Writer {
     model_.animations[0].channels.push_back(one);
   }
 
-  /// Colours of pictures are sRGB, those of glTF are linear.
+  /// Adds a material. Colours of pictures are sRGB, those of glTF are linear.
   int material(const std::string& name, const Float3& colour) {
     gltf::Material one;
     one.name = name, one.doubleSided = true;
@@ -238,8 +240,9 @@ class Writer {
     }
   }
 
-  /// `at`: place of its poses among the numbers of a frame. A quaternion and its negative are one turn: of both the
-  /// nearer to the one before, so that viewers that blend numbers go the short way.
+  /// Adds the animation of an object. `at`: offset of its pose among the numbers of a frame. A quaternion and its
+  /// negative are the same rotation; the one nearer to the previous frame's is written, so that viewers that
+  /// interpolate components rotate the short way.
   void add_motion(int node, std::size_t at) {
     std::vector<Float3> places;
     std::vector<std::array<float, 4>> turns;

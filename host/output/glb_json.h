@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The JSON chunk of a glTF file: what its binary chunk holds, and how it belongs together.
+// JSON chunk of a glTF file: the description of its binary chunk.
 #pragma once
 #include <array>
 #include <span>
@@ -13,15 +13,15 @@ namespace malha {
 
 using Float3 = std::array<float, 3>;
 
-/// Points about the middle of the box around them, which is where their node is: floats have digits enough for a small
-/// body far from the origin.
+/// Points relative to the centre of their bounding box, where their node is placed. Floats are then precise enough for
+/// a small body far from the origin.
 struct CentredPoints {
   Float3 middle;               // m
-  std::vector<Float3> points;  // m, from there
+  std::vector<Float3> points;  // m, from `middle`
 };
 CentredPoints centred(std::span<const Vec3> points);
 
-/// The points of a body.
+/// Returns the points of a body.
 template <class Points>
 auto points_of(const FrameTopology& topology, std::size_t body, Points&& points) {
   const std::size_t begin = topology.bodies[body].begin;
@@ -32,10 +32,11 @@ auto points_of(const FrameTopology& topology, std::size_t body, Points&& points)
 
 struct GlbText {
   std::string json;
-  std::string rest;  // of the binary chunk, behind the frames
+  std::string rest;  // the binary chunk after the frames
 };
 
-/// `frames`: what a GlbPart has, of one frame or more. Throws std::logic_error where malha was built without tinygltf.
+/// Builds the JSON and the rest of the binary chunk. `frames`: the bytes of a GlbPart with at least one frame. Throws
+/// std::logic_error if malha was built without tinygltf.
 GlbText glb_text(const FrameTopology& topology, std::string_view frames);
 
 }  // namespace malha

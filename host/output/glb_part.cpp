@@ -32,7 +32,7 @@ GlbHeader glb_header(std::string_view bytes) {
 }
 
 std::string_view glb_binary(std::string_view file) {
-  constexpr std::size_t kFile = 12, kChunk = 8;  // bytes of their headers
+  constexpr std::size_t kFile = 12, kChunk = 8;  // bytes of the headers of file and chunk
   std::uint32_t json = 0;
   if (file.size() < kFile + kChunk || !file.starts_with("glTF")) return "";
   std::memcpy(&json, file.data() + kFile, sizeof json);
@@ -44,7 +44,7 @@ GlbPart::GlbPart(const fs::path& glb, std::size_t vertices, std::size_t moving, 
     : path_(glb.string() + ".part"),
       header_{{}, static_cast<std::int32_t>(vertices), static_cast<std::int32_t>(moving), next, 0} {
   std::memcpy(header_.signature, kPartSignature, sizeof kPartSignature);
-  if (next > 0 && (go_on(path_, next) || go_on(glb, next))) return;
+  if (next > 0 && (resume_from(path_, next) || resume_from(glb, next))) return;
   if (next > 0 && (fs::exists(path_) || fs::exists(glb)))
     throw std::runtime_error((fs::exists(path_) ? path_ : glb).string() + ": does not continue at frame " +
                              std::to_string(next) + " of " + std::to_string(vertices) + " points");
@@ -52,7 +52,7 @@ GlbPart::GlbPart(const fs::path& glb, std::size_t vertices, std::size_t moving, 
   write_whole(path_, bytes_of(header_));
 }
 
-bool GlbPart::go_on(const fs::path& from, int next) {
+bool GlbPart::resume_from(const fs::path& from, int next) {
   if (!fs::exists(from)) return false;
   const MappedFile file(from);
   const std::string_view bytes = from == path_ ? file.bytes() : glb_binary(file.bytes());
@@ -65,7 +65,7 @@ bool GlbPart::go_on(const fs::path& from, int next) {
   return true;
 }
 
-/// The frame first, then their count: an interrupted write leaves bytes behind the last frame, which nobody reads.
+/// Writes the frame before the count, so that an interrupted write only leaves unused bytes after the last frame.
 void GlbPart::write(std::span<const float> frame) {
   GlbHeader after = header_;
   ++after.count;

@@ -33,7 +33,7 @@ Json json_of(const PackedPoints& points) {
   return {{"low", points.low}, {"side", points.side}, {"data", base64(points.data)}};
 }
 
-Json json_of(const PackedTouches& touches) {
+Json json_of(const PackedContacts& touches) {
   return {{"count", touches.count},
           {"far", touches.far},
           {"particles", base64(touches.particles)},
@@ -44,7 +44,7 @@ Json json_of(const PackedForces& forces) {
   return {{"count", forces.count}, {"particles", base64(forces.particles)}, {"newtons", json_of(forces.forces)}};
 }
 
-/// Four corners each; a triangle has its third one twice.
+/// Encodes faces with four corners each; a triangle repeats its third one.
 std::string text_of(const std::vector<Quad>& faces) {
   std::vector<std::uint32_t> corners;
   for (const Quad& face : faces)
@@ -52,14 +52,14 @@ std::string text_of(const std::vector<Quad>& faces) {
   return text_of(corners, 4);
 }
 
-/// From -1 on, which becomes 0.
+/// Encodes numbers >= -1, each increased by 1.
 std::string text_of(const std::vector<int>& numbers) {
   std::vector<std::uint32_t> from_0;
   for (const int number : numbers) from_0.push_back(static_cast<std::uint32_t>(number + 1));
   return text_of(from_0, 1);
 }
 
-/// Lines and their batches, by the numbers of the ends: the lower one, and how much higher the other is.
+/// Encodes lines and their batches, sorted by their ends: the lower end, and the difference to the higher one.
 Json batches(const Structure& layout) {
   std::vector<std::array<int, 3>> all;
   for (std::size_t l = 0; l < layout.lines.size(); ++l) {
@@ -91,7 +91,7 @@ Json environment(const Model& model) {
   return all;
 }
 
-/// Of objects that move: where they are, as the rows of a rotation and a translation (m).
+/// Encodes the poses of moving objects: the rows of a rotation and a translation (m).
 Json poses(const Model& model, double time) {
   Json all = Json::array();
   for (const EnvironmentMesh& object : model.environment) {
@@ -119,16 +119,16 @@ Json json_of(const Measures& m) {
           {"crossings", m.crossings}};
 }
 
-/// Names that are no UTF-8 get its sign for that.
+/// Writes JSON; names that are not UTF-8 get its replacement character.
 std::string dumped(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
-/// Inside a <script>, where nothing may look like its end.
+/// Escapes JSON for a <script> element, which must not contain its end tag.
 std::string script_text(std::string text) {
   for (std::size_t at = 0; (at = text.find('<', at)) != std::string::npos;) text.replace(at, 1, "\\u003c");
   return text;
 }
 
-/// The whole file, around what runs have in it.
+/// Returns the pieces of the whole file with the JSON of these runs.
 std::vector<std::string_view> around(const std::vector<std::string_view>& runs) {
   using namespace page_parts;
   std::vector<std::string_view> all{
@@ -149,7 +149,7 @@ std::string joined(const std::vector<std::string_view>& pieces) {
   return all;
 }
 
-/// `there`: a folder, or the page itself.
+/// Returns the path of a page. `there`: its folder, or the page itself.
 std::filesystem::path page_in(const std::filesystem::path& there) {
   return std::filesystem::is_regular_file(there) ? there : there / "page.html";
 }
@@ -165,7 +165,7 @@ std::string run_of(const std::filesystem::path& path) {
   return page.substr(from, end - from);
 }
 
-/// The shortest ends of both paths that tell them apart.
+/// Returns the shortest endings of both paths that differ.
 std::array<std::string, 2> short_names(const std::filesystem::path& one, const std::filesystem::path& other) {
   std::array<std::filesystem::path, 2> left, names;
   for (const auto k : {0, 1}) {
@@ -181,7 +181,7 @@ std::array<std::string, 2> short_names(const std::filesystem::path& one, const s
   return {names[0].string(), names[1].string()};
 }
 
-/// With the folder that it came from.
+/// Adds the name of the folder to the JSON of a run.
 std::string named(const std::string& run, const std::string& folder) {
   return "{\"folder\":" + script_text(dumped(folder)) + "," + run.substr(run.find('{') + 1);
 }
@@ -190,24 +190,24 @@ std::string named(const std::string& run, const std::string& folder) {
 
 Page::Page(const Simulation& simulation)
     : simulation_(simulation),
-      room_(static_cast<std::size_t>(1e6 * simulation.model().scene.outputs.page->max_megabytes)),
+      max_bytes_(static_cast<std::size_t>(1e6 * simulation.model().scene.outputs.page->max_megabytes)),
       first_(simulation.steps()),
       every_(std::max<std::int64_t>(1, std::llround(1 / kFramesPerSecond / simulation.model().scene.solver.dt))) {
   if (!simulation.model().environment.empty()) contacts_.emplace(simulation.model(), simulation.threads());
   environment_ = dumped(environment(simulation.model()));
-  std::size_t fixed = environment_.size() + 20'000;  // what is not counted is small
+  std::size_t fixed = environment_.size() + 20'000;  // allowance for parts that are not counted
   for (const std::string_view piece : around({})) fixed += piece.size();
-  room_ -= std::min(room_, fixed);
+  max_bytes_ -= std::min(max_bytes_, fixed);
   add_mesh();
-  keep(0);
+  store_frame(0);
 }
 
-bool Page::wants(std::int64_t step) const { return (step - first_) % every_ == 0; }
+bool Page::is_due(std::int64_t step) const { return (step - first_) % every_ == 0; }
 
-void Page::look(double step_ms) {
+void Page::add_frame(double step_ms) {
   step_ms_ = step_ms;
-  if (!wants(simulation_.steps())) return;
-  keep(step_ms);
+  if (!is_due(simulation_.steps())) return;
+  store_frame(step_ms);
   thin_out(false);
 }
 
@@ -233,7 +233,7 @@ void Page::add_mesh() {
   tears_ = simulation_.tears();
 }
 
-void Page::keep(double step_ms) {
+void Page::store_frame(double step_ms) {
   if (simulation_.tears() != tears_) add_mesh();
   const std::vector<Vec3> x = simulation_.positions();
   Frame& frame = frames_.emplace_back();
@@ -245,7 +245,7 @@ void Page::keep(double step_ms) {
 }
 
 std::size_t Page::Frame::bytes() const {
-  constexpr std::size_t kRest = 800;  // of measures, poses and names of fields, about
+  constexpr std::size_t kRest = 800;  // approximate bytes of measures, poses and field names
   std::size_t packed = points.data.size();
   if (residual) packed += residual->data.size();
   if (touches) packed += touches->particles.size() + touches->ways.size();
@@ -260,14 +260,14 @@ void Page::thin_out(bool keeps_last) {
     for (const Frame& frame : frames_) sum += frame.bytes();
     return sum;
   };
-  while (size() > room_ && frames_.size() > 1) {
+  while (size() > max_bytes_ && frames_.size() > 1) {
     const std::int64_t end = frames_.back().step;
     every_ *= 2;
     std::erase_if(frames_, [&](const Frame& frame) {
-      if (keeps_last) return frame.step < end && (!wants(frame.step) || every_ > end - first_);
-      return !wants(frame.step);
+      if (keeps_last) return frame.step < end && (!is_due(frame.step) || every_ > end - first_);
+      return !is_due(frame.step);
     });
-    std::vector<std::string> used;  // of meshes between two tears, some may have no frame any more
+    std::vector<std::string> used;  // meshes between two tears may have lost all their frames
     std::size_t last = meshes_.size();
     for (Frame& frame : frames_) {
       if (frame.mesh != last) last = frame.mesh, used.push_back(std::move(meshes_[last]));
@@ -279,7 +279,7 @@ void Page::thin_out(bool keeps_last) {
 }
 
 void Page::finish() {
-  if (frames_.back().step != simulation_.steps()) keep(step_ms_);
+  if (frames_.back().step != simulation_.steps()) store_frame(step_ms_);
   thin_out(true);
 }
 
@@ -315,7 +315,7 @@ void Page::write(const std::filesystem::path& path, const std::string& report,
                      {"target", picture->camera->target},
                      {"fov_degrees", picture->camera->fov_degrees}};
   std::string text = dumped(run);
-  text.back() = ',';  // what was dumped before goes on here
+  text.back() = ',';  // the JSON of environment and meshes follows
   text += "\"environment\":" + environment_ + ",\"meshes\":[";
   for (const std::string& mesh : meshes_) text += mesh + (&mesh == &meshes_.back() ? "]}" : ",");
   text = script_text(std::move(text));

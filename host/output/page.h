@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A run as one HTML file that replays it in a browser, without a server or a network.
+// The page of a run: one HTML file that replays it in a browser, without a server or a network.
 #pragma once
 #include <filesystem>
 #include <optional>
@@ -12,22 +12,22 @@
 
 namespace malha {
 
-/// Frames of the present run, as many as the scene's outputs.page has room for. A frame is kept at the first step, then
-/// every so many, at most 60 a simulated second; where they grow too large every second one goes, and from there on
-/// half as many are kept. So their number follows from the room alone.
+/// Frames of the present run, at most as large as the scene's outputs.page allows. A frame is stored at the first step
+/// and then at a fixed interval, at most 60 a simulated second. Where they grow too large, every second frame is
+/// removed and the interval doubles, so that their number follows from the limit alone.
 class Page {
  public:
-  /// Of a scene that names outputs.page.
+  /// The scene must name outputs.page.
   explicit Page(const Simulation& simulation);
 
-  /// Call at the start and after every step, which took so long.
-  void look(double step_ms);
+  /// Stores a frame if one is due; called after every step with the step's duration.
+  void add_frame(double step_ms);
 
   /// Makes the present state the last frame.
   void finish();
-  /// How many frames there are, in words.
+  /// Returns the number of frames in words.
   std::string kept() const;
-  /// `report`: report.json. `warnings`: of the run. Throws std::runtime_error (disk).
+  /// Writes the page. `report`: report.json. `warnings`: of the run. Throws std::runtime_error (disk).
   void write(const std::filesystem::path& path, const std::string& report,
              const std::vector<std::string>& warnings) const;
 
@@ -35,35 +35,35 @@ class Page {
   struct Frame {
     std::int64_t step;
     double time, step_ms;
-    std::size_t mesh;  // of meshes_
+    std::size_t mesh;  // index in meshes_
     PackedPoints points;
-    std::optional<PackedValues> residual;  // of each particle, m
-    std::optional<PackedTouches> touches;
+    std::optional<PackedValues> residual;  // by particle, m
+    std::optional<PackedContacts> touches;
     std::optional<PackedForces> forces;
     Measures measures;
     std::size_t bytes() const;
   };
 
-  /// Whether there is to be a frame of this step.
-  bool wants(std::int64_t step) const;
-  void keep(double step_ms);
+  /// Returns whether a frame of this step is due.
+  bool is_due(std::int64_t step) const;
+  void store_frame(double step_ms);
   void thin_out(bool keeps_last);
   void add_mesh();
 
   const Simulation& simulation_;
-  std::size_t room_;                    // bytes of base64 that frames may take
+  std::size_t max_bytes_;               // bytes of base64 that frames may occupy
   std::int64_t first_, every_;          // steps
-  int tears_ = 0;                       // that the last mesh knows of
+  int tears_ = 0;                       // tears at the last mesh
   double step_ms_ = 0;                  // of the last step
   std::string environment_;             // JSON
-  std::optional<Contacts> contacts_;    // where there is something to touch
-  std::optional<Residuals> residuals_;  // of the last mesh, where it has constraints
-  std::optional<PinForces> forces_;     // likewise, where a force is known
+  std::optional<Contacts> contacts_;    // if there is an environment
+  std::optional<Residuals> residuals_;  // of the last mesh, if it has constraints
+  std::optional<PinForces> forces_;     // likewise, if any force is known
   std::vector<std::string> meshes_;     // JSON; another one after each tear
   std::vector<Frame> frames_;
 };
 
-/// Both runs in one page, beside each other: of the folders' page.html. Throws InputError where a folder has none,
+/// Writes the runs of two folders' page.html side by side in one page. Throws InputError if a folder has none,
 /// std::runtime_error (disk).
 void write_comparison(const std::filesystem::path& one, const std::filesystem::path& other,
                       const std::filesystem::path& path);

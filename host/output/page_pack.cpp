@@ -12,7 +12,7 @@ namespace malha {
 
 namespace {
 
-constexpr double kSteps = 65535;  // of a coordinate in its box
+constexpr double kSteps = 65535;  // of a coordinate in the bounding box
 constexpr double kValueSteps = 255, kWaySteps = 127;
 
 }  // namespace
@@ -67,12 +67,12 @@ PackedValues packed(const std::vector<float>& values) {
   return all;
 }
 
-PackedTouches packed(const std::vector<Touch>& touches) {
-  PackedTouches all{touches.size(), 0, {}, {}};
-  for (const Touch& touch : touches) all.far = std::max(all.far, std::abs(touch.distance));
+PackedContacts packed(const std::vector<ContactPoint>& touches) {
+  PackedContacts all{touches.size(), 0, {}, {}};
+  for (const ContactPoint& touch : touches) all.far = std::max(all.far, std::abs(touch.distance));
   std::vector<std::uint32_t> particles, ways;
   const auto step = [](double part) { return static_cast<std::uint32_t>(std::lround(kWaySteps * (1 + part))); };
-  for (const Touch& touch : touches) {
+  for (const ContactPoint& touch : touches) {
     particles.push_back(static_cast<std::uint32_t>(touch.particle));
     for (const double part : touch.normal) ways.push_back(step(part));
     ways.push_back(step(all.far > 0 ? touch.distance / all.far : 0));

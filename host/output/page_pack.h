@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Numbers as text inside a page: small, and quick to read for a browser.
+// Compact encoding of numbers as text inside a page.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -13,37 +13,37 @@
 
 namespace malha {
 
-/// Differences of each number to the one `stride` before it (the first ones as they are), byte by byte: first the
-/// lowest bytes of all, then the next, `bytes` of each number; deflated (zlib, RFC 1950). host/output/page/data.js
-/// reads it. Throws std::runtime_error where zlib fails (memory).
+/// Encodes numbers as differences to the number `stride` before (the first ones as they are), in byte planes: the
+/// lowest bytes of all numbers, then the next, up to `bytes` of each; deflated (zlib, RFC 1950).
+/// host/output/page/data.js decodes it. Throws std::runtime_error if zlib fails (memory).
 std::string packed(std::span<const std::uint32_t> numbers, std::size_t stride, int bytes);
 
-/// Places on a grid of 65536 steps a side over their box, packed.
+/// Positions on a grid of 65536 steps a side over their bounding box.
 struct PackedPoints {
-  std::array<double, 3> low{}, side{};  // m, of the box
+  std::array<double, 3> low{}, side{};  // m, of the bounding box
   std::string data;
-  /// How far rounding may move a coordinate, m.
+  /// Returns the largest rounding error of a coordinate, m.
   double rounding() const;
 };
 PackedPoints packed(const std::vector<Vec3>& points);
 
-/// Values from 0 on, in 255 steps to the largest, packed; what is infinite counts as the largest float.
+/// Values >= 0 in 255 steps up to the largest; infinity counts as the largest float.
 struct PackedValues {
   double most = 0;
   std::string data;
 };
 PackedValues packed(const std::vector<float>& values);
 
-/// Who touches, packed. `ways`: of each the normal's x, y, z and the distance over `far`, each in 127 steps a sign. The
-/// point that is touched lies that distance behind the particle.
-struct PackedTouches {
+/// Contact points. `ways`: the normal's x, y, z and the distance over `far` of each, in 127 steps a sign. The contact
+/// point lies that distance from the particle against the normal.
+struct PackedContacts {
   std::size_t count = 0;
   double far = 0;  // m
   std::string particles, ways;
 };
-PackedTouches packed(const std::vector<Touch>& touches);
+PackedContacts packed(const std::vector<ContactPoint>& touches);
 
-/// Of pins, N, packed; no part of a force counts as more than 1e30.
+/// Forces on pins, N; components are clamped to 1e30.
 struct PackedForces {
   std::size_t count = 0;
   std::string particles;
@@ -51,7 +51,7 @@ struct PackedForces {
 };
 PackedForces packed(const std::vector<PinForce>& all);
 
-/// RFC 4648.
+/// Returns the base64 encoding (RFC 4648).
 std::string base64(const std::string& bytes);
 
 }  // namespace malha

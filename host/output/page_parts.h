@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What every page holds besides its runs, put into the library when it is built (host/output/page/).
+// Style, markup and scripts that every page contains, compiled into the library from host/output/page/.
 #pragma once
 
 namespace malha::page_parts {

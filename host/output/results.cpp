@@ -10,7 +10,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// A frame, a picture, or one that a killed run left half-written beside its name.
+/// Returns whether a file is a frame or a picture, or the temporary file of one that a killed run left.
 bool is_ours(const fs::path& path) {
   std::string name = path.filename().string();
   if (name.ends_with(".tmp")) name.resize(name.size() - 4);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a run leaves in its folder, by name.
+// Names of the files that a run writes to its folder.
 #pragma once
 #include <filesystem>
 
@@ -17,7 +17,7 @@ struct Results {
   std::filesystem::path frames;      // frames/, see host/output/frames.h
   std::filesystem::path pictures;    // pictures/picture_000000.png ...
 
-  /// Removes what an earlier run left, and nothing else. Throws std::runtime_error (permissions).
+  /// Removes the files of an earlier run, and nothing else. Throws std::runtime_error (permissions).
   void remove() const;
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pictures as pixels.
+// Images in memory, and contact sheets of them.
 #pragma once
 #include <span>
 #include <vector>
@@ -12,8 +12,8 @@ struct Image {
   std::vector<unsigned char> pixels;  // 3 width height
 };
 
-/// The images in reading order, `columns` (>= 1) to a row, with a thin white margin around each. Cells are as large as
-/// the largest image; smaller ones are centred. No images give an empty one.
+/// Arranges the images in reading order, `columns` (>= 1) to a row, with a thin white margin around each. Cells are as
+/// large as the largest image; smaller ones are centred. Returns an empty image for no images.
 Image contact_sheet(std::span<const Image> images, int columns);
 
 }  // namespace malha

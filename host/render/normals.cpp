@@ -21,7 +21,8 @@ std::vector<Vec> corner_normals(const std::vector<std::array<float, 3>>& points,
   const auto count = triangles.size();
   std::vector<Vec> flat(count, Vec::Zero());
   std::vector<float> angles(3 * count, 0);
-  std::vector<int> first(points.size() + 1, 0);  // corners around point i: around[first[i]] ... around[first[i + 1]]
+  std::vector<int> first(points.size() + 1,
+                         0);  // the corners at point i are around[first[i]] .. around[first[i + 1] - 1]
   for (std::size_t t = 0; t < count; ++t) {
     const Vec a = at(points, triangles[t][0]), b = at(points, triangles[t][1]), c = at(points, triangles[t][2]);
     const Vec normal = (b - a).cross(c - a).stableNormalized();

@@ -12,26 +12,27 @@ namespace malha {
 
 namespace {
 
-/// What a pixel's middle shows, and the light there.
+/// The surface at the centre of a pixel, and the visibility of the lights there.
 struct Middle {
   SurfaceHit surface;
-  Lit lit;
+  Visibility visibility;
 };
 
-/// One picture in the making. Two passes over the pixels: the light at each middle, by few rays whose directions differ
-/// over every 4 x 4 pixels; then the colours, with the light averaged over the neighbours on the same surface.
+/// Renders a picture in two passes over the pixels: first the visibility of the lights at each pixel's centre, by few
+/// rays whose directions differ within every 4 x 4 pixels; then the colours, with the visibility averaged over
+/// neighbours on the same surface.
 class Film {
  public:
-  Film(const Stage& stage, const Lens& view, const Light& light, int width, int height)
-      : stage_(stage), view_(view), light_(light), width_(width), height_(height) {
+  Film(const RenderScene& scene, const Lens& view, const Light& light, int width, int height)
+      : scene_(scene), view_(view), light_(light), width_(width), height_(height) {
     middles_.resize(static_cast<std::size_t>(width) * height);
   }
 
   void light_row(int y) {
     for (int x = 0; x < width_; ++x) {
       Middle& middle = middles_[static_cast<std::size_t>(y) * width_ + x];
-      middle.surface = look(x + 0.5f, y + 0.5f);
-      if (middle.surface.drawing >= 0) middle.lit = light_.reach(stage_, middle.surface, pattern(x, y));
+      middle.surface = trace(x + 0.5f, y + 0.5f);
+      if (middle.surface.drawing >= 0) middle.visibility = light_.visibility_at(scene_, middle.surface, pattern(x, y));
     }
   }
 
@@ -43,9 +44,9 @@ class Film {
   }
 
  private:
-  static constexpr int kFine = 4;  // a pixel on an edge is looked at kFine x kFine times
+  static constexpr int kFine = 4;  // a pixel on an edge takes kFine x kFine samples
 
-  SurfaceHit look(float x, float y) const { return stage_.look(view_.eye, view_.direction(x, y), view_.pixel); }
+  SurfaceHit trace(float x, float y) const { return scene_.trace(view_.eye, view_.direction(x, y), view_.pixel); }
 
   const Middle& middle(int x, int y) const { return middles_[static_cast<std::size_t>(y) * width_ + x]; }
 
@@ -54,71 +55,71 @@ class Film {
     return kBayer[y % 4][x % 4];
   }
 
-  /// Whether two places belong to one smooth piece of surface.
-  bool alike(const SurfaceHit& a, const SurfaceHit& b) const {
+  /// Returns whether two hits lie on one smooth piece of surface.
+  bool same_surface(const SurfaceHit& a, const SurfaceHit& b) const {
     if (a.drawing != b.drawing) return false;
     if (a.drawing < 0) return true;
     const float apart = std::fabs(a.normal.dot(b.point - a.point));
-    return a.normal.dot(b.normal) > 0.9f && apart < 2 * view_.pixel * a.reach;
+    return a.normal.dot(b.normal) > 0.9f && apart < 2 * view_.pixel * a.distance;
   }
 
-  /// The light at a place in pixel (x, y): the mean over the 5 x 5 pixels around it that are alike. With the outer ones
-  /// at half weight each of the 4 x 4 patterns counts the same.
-  Lit gather(int x, int y, const SurfaceHit& surface) const {
-    Lit sum;
+  /// Returns the visibility of the lights in pixel (x, y): the mean over the pixels of the 5 x 5 around it that show
+  /// the same surface. With the outer ones at half weight each of the 4 x 4 patterns has the same weight.
+  Visibility gather(int x, int y, const SurfaceHit& surface) const {
+    Visibility sum;
     float total = 0;
     for (int j = std::max(0, y - 2); j <= std::min(height_ - 1, y + 2); ++j) {
       for (int i = std::max(0, x - 2); i <= std::min(width_ - 1, x + 2); ++i) {
         const Middle& other = middle(i, j);
-        if (!alike(surface, other.surface)) continue;
+        if (!same_surface(surface, other.surface)) continue;
         const float weight = (std::abs(i - x) == 2 ? 0.5f : 1.0f) * (std::abs(j - y) == 2 ? 0.5f : 1.0f);
-        sum.key += weight * other.lit.key;
-        sum.sky += weight * other.lit.sky;
+        sum.key += weight * other.visibility.key;
+        sum.sky += weight * other.visibility.sky;
         total += weight;
       }
     }
-    if (total == 0) return light_.reach(stage_, surface, pattern(x, y));
+    if (total == 0) return light_.visibility_at(scene_, surface, pattern(x, y));
     return {sum.key / total, sum.sky / total};
   }
 
-  Vec colour(const SurfaceHit& surface, const Lit& lit, float y) const {
+  Vec colour(const SurfaceHit& surface, const Visibility& visibility, float y) const {
     if (surface.drawing < 0) return background(1 - y / static_cast<float>(height_));
-    const Vec bright = light_.shade(stage_, surface, lit, (view_.eye - surface.point).stableNormalized());
+    const Vec bright = light_.shade(scene_, surface, visibility, (view_.eye - surface.point).stableNormalized());
     return bright.cwiseMin(1.0f);
   }
 
   Vec pixel(int x, int y) const {
     const Middle& centre = middle(x, y);
-    // Four more places, one in each quarter; a pixel inside a surface needs no more than these five.
+    // Four more samples, one in each quarter; a pixel inside a surface takes only these five.
     static constexpr float kPlaces[4][2] = {{0.375f, 0.125f}, {0.875f, 0.375f}, {0.625f, 0.875f}, {0.125f, 0.625f}};
     std::array<SurfaceHit, 4> around;
     bool even = true;
     for (int k = 0; k < 4 && even; ++k) {
-      around[k] = look(x + kPlaces[k][0], y + kPlaces[k][1]);
-      even = alike(centre.surface, around[k]);
+      around[k] = trace(x + kPlaces[k][0], y + kPlaces[k][1]);
+      even = same_surface(centre.surface, around[k]);
     }
     Vec sum = Vec::Zero();
     if (even) {
-      const Lit lit = centre.surface.drawing < 0 ? Lit{} : gather(x, y, centre.surface);
-      for (int k = 0; k < 4; ++k) sum += colour(around[k], lit, y + kPlaces[k][1]);
-      return 0.2f * (sum + colour(centre.surface, lit, y + 0.5f));
+      const Visibility visibility = centre.surface.drawing < 0 ? Visibility{} : gather(x, y, centre.surface);
+      for (int k = 0; k < 4; ++k) sum += colour(around[k], visibility, y + kPlaces[k][1]);
+      return 0.2f * (sum + colour(centre.surface, visibility, y + 0.5f));
     }
     for (int k = 0; k < kFine * kFine; ++k) {
       const float sub_x = x + (k % kFine + 0.5f) / kFine, sub_y = y + (k / kFine + 0.5f) / kFine;
-      const SurfaceHit surface = look(sub_x, sub_y);
-      sum += colour(surface, surface.drawing < 0 ? Lit{} : gather(x, y, surface), sub_y);
+      const SurfaceHit surface = trace(sub_x, sub_y);
+      sum += colour(surface, surface.drawing < 0 ? Visibility{} : gather(x, y, surface), sub_y);
     }
     return sum / (kFine * kFine);
   }
 
   /// sRGB (IEC 61966-2-1).
   static unsigned char encode(float linear) {
-    const float c = std::min(1.0f, std::max(0.0f, linear));  // in this order NaN becomes 0
+    const float c = std::min(1.0f, std::max(0.0f, linear));  // this order of min and max turns NaN into 0
     const float srgb = c <= 0.0031308f ? 12.92f * c : 1.055f * std::pow(c, 1 / 2.4f) - 0.055f;
     return static_cast<unsigned char>(srgb * 255 + 0.5f);
   }
 
-  const Stage& stage_;
+  const RenderScene& scene_;
   const Lens& view_;
   const Light& light_;
   int width_, height_;
@@ -133,9 +134,9 @@ Image render(std::span<const Drawing> drawings, const Camera& camera, int width,
   const Lens view(camera, width, height);
   const float distance = (Vec(Eigen::Vector3d(camera.target.data()).cast<float>()) - view.eye).norm();
   const float unit = distance * view.pixel * view.height;
-  const Stage stage(drawings, unit);
+  const RenderScene scene(drawings, unit);
   const Light light(view, unit);
-  Film film(stage, view, light, width, height);
+  Film film(scene, view, light, width, height);
   Image image{width, height, std::vector<unsigned char>(std::size_t{3} * width * height)};
   // Rows differ in cost: interleaved, each thread gets its share of the cheap ones and the dear ones.
   const OpenMP executor{std::max(1, threads)};

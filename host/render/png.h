@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// PNG files.
+// Writer of PNG files.
 #pragma once
 #include <filesystem>
 
@@ -7,8 +7,8 @@
 
 namespace malha {
 
-/// Writes the image as an 8-bit RGB PNG; the file is there whole or not at all. Throws std::runtime_error that names
-/// the path (full disk, no folder), std::invalid_argument for an image without pixels.
+/// Writes the image as an 8-bit RGB PNG, completely or not at all. Throws std::runtime_error that names the path (full
+/// disk, no folder), std::invalid_argument for an image without pixels.
 void write_png(const std::filesystem::path& path, const Image& image);
 
 }  // namespace malha

@@ -21,7 +21,7 @@ bool finite(const std::array<float, 3>& p) { return embree_detail::is_valid(p); 
 
 }  // namespace
 
-Stage::Stage(std::span<const Drawing> drawings, float unit) : scene_(device_) {
+RenderScene::RenderScene(std::span<const Drawing> drawings, float unit) : scene_(device_) {
   for (const auto& drawing : drawings) {
     const int number = static_cast<int>(parts_.size());
     parts_.push_back({&drawing, linear(drawing.colour), corner_normals(drawing.points, drawing.triangles)});
@@ -31,13 +31,13 @@ Stage::Stage(std::span<const Drawing> drawings, float unit) : scene_(device_) {
   scene_.commit();
 }
 
-void Stage::add(int drawing, bool triangles, int geometry) {
+void RenderScene::add(int drawing, bool triangles, int geometry) {
   if (geometry < 0) return;
   if (sources_.size() <= static_cast<std::size_t>(geometry)) sources_.resize(geometry + 1);
   sources_[geometry] = {drawing, triangles};
 }
 
-void Stage::add_round(int number, const Drawing& drawing, float unit) {
+void RenderScene::add_round(int number, const Drawing& drawing, float unit) {
   constexpr float kRod = 0.003f, kBall = 0.005f;  // radii, in units
   using Ball = std::array<float, 4>;
   const auto& points = drawing.points;
@@ -52,7 +52,7 @@ void Stage::add_round(int number, const Drawing& drawing, float unit) {
     if (!finite(points[a]) || !finite(points[b])) continue;
     for (const int end : {a, b}) {
       rods.push_back(ball(end, kRod));
-      balls.push_back(rods.back());  // round joints, and ends for rays along the rod, which miss it
+      balls.push_back(rods.back());  // round joints, and end caps, which rays along the rod would miss otherwise
     }
   }
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -62,31 +62,31 @@ void Stage::add_round(int number, const Drawing& drawing, float unit) {
   add(number, false, scene_.add_capsules(rods));
 }
 
-SurfaceHit Stage::look(const Vec& origin, const Vec& direction, float pixel) const {
+SurfaceHit RenderScene::trace(const Vec& origin, const Vec& direction, float pixel) const {
   const Hit hit = intersect(scene_, plain(origin), plain(direction), 0, std::numeric_limits<float>::infinity());
   SurfaceHit surface;
   if (!hit.hit) return surface;
   const Source& source = sources_[hit.geometry];
   surface.drawing = source.drawing;
-  surface.reach = hit.t;
+  surface.distance = hit.t;
   surface.point = origin + hit.t * direction;
-  surface.flat = Vec(hit.normal.data()).stableNormalized();
-  if (!surface.flat.allFinite() || surface.flat.isZero()) surface.flat = -direction;
-  surface.normal = surface.flat;
-  surface.start = surface.point;
-  const bool behind = surface.flat.dot(direction) > 0;
+  surface.geometric_normal = Vec(hit.normal.data()).stableNormalized();
+  if (!surface.geometric_normal.allFinite() || surface.geometric_normal.isZero()) surface.geometric_normal = -direction;
+  surface.normal = surface.geometric_normal;
+  surface.shadow_origin = surface.point;
+  const bool behind = surface.geometric_normal.dot(direction) > 0;
   if (source.triangles) on_triangle(parts_[source.drawing], hit, pixel, behind, surface);
   if (behind) {
-    surface.flat = -surface.flat;
+    surface.geometric_normal = -surface.geometric_normal;
     surface.normal = -surface.normal;
   }
   const float skin = 1e-4f * hit.t + 1e-6f * surface.point.cwiseAbs().maxCoeff();
-  surface.start += skin * surface.flat;
+  surface.shadow_origin += skin * surface.geometric_normal;
   return surface;
 }
 
-/// Normal, start of the light rays, and wire at a place on a triangle.
-void Stage::on_triangle(const Part& part, const Hit& hit, float pixel, bool behind, SurfaceHit& surface) const {
+/// Computes the normal, the origin of shadow rays and the wire coverage of a hit on a triangle.
+void RenderScene::on_triangle(const Part& part, const Hit& hit, float pixel, bool behind, SurfaceHit& surface) const {
   const Triangle& triangle = part.drawing->triangles[hit.triangle];
   const std::array<float, 3> weight{1 - hit.u - hit.v, hit.u, hit.v};
   const Vec* normals = &part.normals[3 * static_cast<std::size_t>(hit.triangle)];
@@ -98,17 +98,17 @@ void Stage::on_triangle(const Part& part, const Hit& hit, float pixel, bool behi
   }
   if (normal.squaredNorm() > 0) surface.normal = normal.normalized();
 
-  // Light rays leave from the planes that the corner normals span, else the triangles show where shadows begin
-  // (Hanika, "Hacking the shadow terminator", Ray Tracing Gems II, 2021).
+  // Shadow rays start on the planes that the corner normals span, because otherwise triangles become visible at the
+  // shadow terminator (Hanika, "Hacking the shadow terminator", Ray Tracing Gems II, 2021).
   const float side = behind ? -1.0f : 1.0f;
   for (int k = 0; k < 3; ++k) {
     const float below = std::min(0.0f, (surface.point - corner[k]).dot(side * normals[k]));
-    surface.start -= weight[k] * below * side * normals[k];
+    surface.shadow_origin -= weight[k] * below * side * normals[k];
   }
 
   if (!part.drawing->wire) return;
-  const float area = (corner[1] - corner[0]).cross(corner[2] - corner[0]).norm();          // doubled
-  const float width = std::max(pixel * surface.reach, std::numeric_limits<float>::min());  // of a pixel there, m
+  const float area = (corner[1] - corner[0]).cross(corner[2] - corner[0]).norm();             // doubled
+  const float width = std::max(pixel * surface.distance, std::numeric_limits<float>::min());  // of a pixel there, m
   float nearest = std::numeric_limits<float>::infinity(), smallest = nearest;
   for (int k = 0; k < 3; ++k) {  // edge k runs from corner k to k + 1, opposite corner k + 2
     const float height = area / (corner[(k + 1) % 3] - corner[k]).norm();
@@ -116,11 +116,12 @@ void Stage::on_triangle(const Part& part, const Hit& hit, float pixel, bool behi
     const bool hidden = !part.drawing->hidden.empty() && (part.drawing->hidden[hit.triangle] >> k & 1);
     if (!hidden) nearest = std::min(nearest, weight[(k + 2) % 3] * height);
   }
-  const float fade = std::clamp(smallest / width / 8 - 0.5f, 0.0f, 1.0f);  // cells of a few pixels would turn dark
+  const float fade =
+      std::clamp(smallest / width / 8 - 0.5f, 0.0f, 1.0f);  // without it cells of a few pixels would turn dark
   surface.wire = fade * std::clamp(1.1f - nearest / width, 0.0f, 1.0f);
 }
 
-bool Stage::shadowed(const Vec& origin, const Vec& direction, float reach) const {
+bool RenderScene::is_occluded(const Vec& origin, const Vec& direction, float reach) const {
   return occluded(scene_, plain(origin), plain(direction), 0, reach);
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a picture shows, ready for rays: geometry, smooth normals, colours.
+// The scene of a picture for ray tracing: geometry, smooth normals, colours.
 #pragma once
 #include <span>
 #include <vector>
@@ -10,36 +10,36 @@
 
 namespace malha {
 
-/// Where a ray meets the scene.
+/// The hit of a ray.
 struct SurfaceHit {
-  int drawing = -1;  // -1: the background
-  Vec point;         // m
-  Vec start;         // m, where light rays leave: a little above the smooth surface that the triangles stand for
-  Vec normal;        // unit, shading; on the side of the ray's origin
-  Vec flat;          // unit, geometric; likewise
-  float reach = 0;   // m, distance from the ray's origin
-  float wire = 0;    // [0, 1], how much of a wire covers the place
+  int drawing = -1;      // -1: the background
+  Vec point;             // m
+  Vec shadow_origin;     // m, origin of shadow rays: slightly above the smooth surface that the triangles approximate
+  Vec normal;            // unit shading normal on the side of the ray's origin
+  Vec geometric_normal;  // unit normal of the triangle on the same side
+  float distance = 0;    // m, from the ray's origin
+  float wire = 0;        // [0, 1], coverage by a wire
 };
 
-class Stage {
+class RenderScene {
  public:
-  /// `unit` is the height of the whole picture at the target, m: balls, rods and wires have sizes relative to it.
-  Stage(std::span<const Drawing> drawings, float unit);
+  /// `unit`: height of the whole picture at the target, m, to which the sizes of balls, rods and wires are relative.
+  RenderScene(std::span<const Drawing> drawings, float unit);
 
-  /// `pixel` is the side of a pixel at distance 1; wires are about a pixel wide.
-  SurfaceHit look(const Vec& origin, const Vec& direction, float pixel) const;
+  /// Returns the first hit of a ray. `pixel`: side of a pixel at distance 1; wires are about a pixel wide.
+  SurfaceHit trace(const Vec& origin, const Vec& direction, float pixel) const;
 
-  /// Whether something lies between the origin and origin + reach direction.
-  bool shadowed(const Vec& origin, const Vec& direction, float reach) const;
+  /// Returns whether anything lies between the origin and origin + reach direction.
+  bool is_occluded(const Vec& origin, const Vec& direction, float reach) const;
 
-  /// Linear RGB.
+  /// Returns the linear RGB of a drawing.
   const Vec& colour(int drawing) const { return parts_[drawing].colour; }
 
  private:
   struct Part {
     const Drawing* drawing;
     Vec colour;
-    std::vector<Vec> normals;  // 3 a triangle, one a corner; zero where the triangle has no area
+    std::vector<Vec> normals;  // 3 a triangle, one a corner; zero if the triangle has no area
   };
   struct Source {  // of an Embree geometry
     int drawing;
@@ -56,9 +56,9 @@ class Stage {
   std::vector<Source> sources_;  // by Hit::geometry
 };
 
-/// Unit normals at the corners of the triangles, 3 a triangle: the mean over the triangles around the point that lie
-/// within the crease angle of this one, weighted by their angles there (Thürmer and Wüthrich 1998). Zero where a
-/// triangle has no area or is not finite.
+/// Returns unit normals at the corners of the triangles, 3 a triangle: the mean over the triangles around the point
+/// whose angle to this one is within the crease angle, weighted by their angles at the point (Thürmer and Wüthrich
+/// 1998). They are zero if a triangle has no area or is not finite.
 std::vector<Vec> corner_normals(const std::vector<std::array<float, 3>>& points,
                                 const std::vector<Triangle>& triangles);
 

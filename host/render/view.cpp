@@ -17,8 +17,8 @@ struct Basis {
   Eigen::Vector3d right, up, forward;
 };
 
-/// Looks along `direction` with y up; straight up or down, with -z up, as on a map.
-Basis look(Eigen::Vector3d direction) {
+/// Returns the basis of a camera with this view direction and y up; for a vertical direction -z is up, as on a map.
+Basis basis_along(Eigen::Vector3d direction) {
   if (!(direction.norm() > 0)) direction = {0, 0, -1};
   const Eigen::Vector3d forward = direction.normalized();
   Eigen::Vector3d right = forward.cross(Eigen::Vector3d::UnitY());
@@ -34,7 +34,7 @@ double half_height(const Camera& camera) { return std::tan(camera.fov_degrees * 
 Lens::Lens(const Camera& camera, int image_width, int image_height)
     : width(static_cast<float>(image_width)), height(static_cast<float>(image_height)) {
   const Eigen::Vector3d from(camera.eye.data()), to(camera.target.data());
-  const Basis basis = look(to - from);
+  const Basis basis = basis_along(to - from);
   eye = from.cast<float>();
   right = basis.right.cast<float>();
   up = basis.up.cast<float>();
@@ -42,13 +42,13 @@ Lens::Lens(const Camera& camera, int image_width, int image_height)
   pixel = static_cast<float>(2 * half_height(camera) / image_height);
 }
 
-/// The eye goes as near as the four planes of the frustum allow: a point with coordinates (r, u, f) along the basis is
-/// inside where |r - r_eye| <= a (f - f_eye) and |u - u_eye| <= b (f - f_eye).
+/// The eye is as near as the four planes of the frustum allow: a point with coordinates (r, u, f) along the basis is
+/// inside if |r - r_eye| <= a (f - f_eye) and |u - u_eye| <= b (f - f_eye).
 Camera frame_all(std::span<const std::array<float, 3>> points, double aspect, const Vec3& direction) {
   constexpr double kMargin = 0.9;  // share of the picture that the points may fill
   Camera camera;
   camera.fov_degrees = 30;
-  const Basis basis = look(Eigen::Vector3d(direction.data()));
+  const Basis basis = basis_along(Eigen::Vector3d(direction.data()));
   const double b = kMargin * half_height(camera), a = b * aspect;
   const double lowest = std::numeric_limits<double>::lowest();
   double left = lowest, right = lowest, bottom = lowest, top = lowest, near = -lowest, far = lowest;
@@ -67,7 +67,8 @@ Camera frame_all(std::span<const std::array<float, 3>> points, double aspect, co
   }
   if (box.isEmpty()) return {};
   const double size = box.sizes().norm();
-  const double room = size > 0 ? 0.05 * size : 2;  // m, between the eye and the nearest point; one point has no size
+  const double room =
+      size > 0 ? 0.05 * size : 2;  // m, between the eye and the nearest point; a single point has no size
   const double f = std::min({-(right + left) / (2 * a), -(top + bottom) / (2 * b), near - room});
   const Eigen::Vector3d eye = 0.5 * (right - left) * basis.right + 0.5 * (top - bottom) * basis.up + f * basis.forward;
   const Eigen::Vector3d target = eye + (0.5 * (near + far) - f) * basis.forward;

@@ -9,7 +9,7 @@ namespace malha {
 
 using Vec = Eigen::Vector3f;
 
-/// Rays through an image plane.
+/// Camera rays through an image plane.
 struct Lens {
   Vec eye, right, up, forward;  // m; an orthonormal basis
   float pixel;                  // side of a pixel on the plane at distance 1
@@ -17,7 +17,7 @@ struct Lens {
 
   Lens(const Camera& camera, int image_width, int image_height);
 
-  /// Direction of unit length through a place in the image, in pixels from the top left corner.
+  /// Returns the unit direction through a point of the image, in pixels from the top left corner.
   Vec direction(float x, float y) const {
     return (forward + (x - 0.5f * width) * pixel * right + (0.5f * height - y) * pixel * up).normalized();
   }

@@ -15,29 +15,31 @@ namespace {
 
 constexpr int kRoundsOfPower = 3;
 constexpr int kFewestSteps = 12, kMostSteps = 180;
-constexpr int kMostMeasured = 20'000;   // of a body: it is there twice while it is measured
-constexpr double kSettled = 1e-3;       // of what the first step moved
-constexpr double kPush = 1e4;           // of small motions
-constexpr double kSmallMotion = 1e-6;   // of the spacing of particles, moved in a step
+constexpr int kMostMeasured = 20'000;   // particles of a body, which is in memory twice while it is measured
+constexpr double kSettled = 1e-3;       // of the displacement of the first step
+constexpr double kPerturbation = 1e4;   // in small motions
+constexpr double kSmallMotion = 1e-6;   // of the spacing of particles, per step
 constexpr double kCertainGrowth = 0.5;  // 1/s
-constexpr double kMostDamping = 0.5;    // of a step's motion, that anybody would want taken
-constexpr double kStepsOfAStep = 4;     // of the scene: double takes twice as long, and what settles takes as many
-// Steps of the scene that set-up takes; measured: 1 to 15, and with filters 4 to 90.
+constexpr double kMostDamping = 0.5;    // the largest damping of a step that is worth advising
+constexpr double kStepsOfAStep =
+    4;  // of the scene: double precision costs twice as much, and settling takes as many steps
+// The time of set-up in steps of the scene, measured: 1 to 15 steps, and 4 to 90 with filters.
 constexpr double kStepsOfSetUp = 16, kStepsOfSetUpWithFilter = 100;
 constexpr double kProjectionsOfPlan = 5e8;
-constexpr double kProjectionsOfASpring = 10;  // by Desbrun's method, its part of the product with the filter among them
+constexpr double kProjectionsOfASpring =
+    10;  // by Desbrun's method, with the spring's share of the product with the filter
 
 using Motion = Eigen::VectorXd;
 
-/// The body in a scene of its own, in which nothing but its constraints and its pins acts.
-Scene alone(const Scene& of, std::size_t body) {
+/// Returns a scene of this body alone, in which only its constraints and pins act.
+Scene isolated_body(const Scene& of, std::size_t body) {
   Scene scene = of;
   scene.gravity = {0, 0, 0}, scene.environment.clear(), scene.expect = {}, scene.outputs = {};
   scene.wind.reset(), scene.sleep.reset(), scene.self_collision.reset();
   scene.solver.precision = Precision::Double;
   DesbrunSpec& desbrun = scene.solver.desbrun;
-  desbrun.filter = FilterKind::Sparse, desbrun.storage.reset();  // the same accelerations, sooner set up
-  desbrun.time_budget.reset();                                   // nothing here depends on the clock
+  desbrun.filter = FilterKind::Sparse, desbrun.storage.reset();  // the same accelerations with a cheaper set-up
+  desbrun.time_budget.reset();                                   // the measurement must not depend on the clock
   scene.bodies = {of.bodies[body]};
   BodySpec& spec = scene.bodies[0];
   spec.velocity = spec.spin = {0, 0, 0}, spec.damping = 0, spec.tear.reset();
@@ -47,7 +49,7 @@ Scene alone(const Scene& of, std::size_t body) {
   return scene;
 }
 
-/// Three numbers a particle.
+/// Flattens points to a vector of three coordinates a particle.
 Motion flat(const std::vector<Vec3>& points) {
   Motion all(3 * static_cast<Eigen::Index>(points.size()));
   for (std::size_t i = 0; i < points.size(); ++i)
@@ -55,7 +57,7 @@ Motion flat(const std::vector<Vec3>& points) {
   return all;
 }
 
-/// The linearisation of a step about a state at rest, by differences.
+/// The linearisation of a step about the rest state, by finite differences.
 class StepAtRest {
  public:
   StepAtRest(const Scene& scene, int settling, int threads, const PatchBounds& bounds)
@@ -73,9 +75,9 @@ class StepAtRest {
     const auto moved = [&] { return (x_ - flat(rest_)).lpNorm<Eigen::Infinity>(); };
     step_from_rest();
     if (const double first = moved(); first > small_) {
-      // Steps without velocity take what pressure blows up, for one, to where it rests. A balance that the slightest
-      // push ends, as of a sheet that is compressed in its plane, is no rest.
-      for (double& a : rest_[rest_.size() / 2]) a += kPush * small_;
+      // Steps from velocity zero bring the body to its rest state, for example one that pressure inflates. An
+      // equilibrium that a small perturbation ends, as of a sheet that is compressed in its plane, does not count.
+      for (double& a : rest_[rest_.size() / 2]) a += kPerturbation * small_;
       step_from_rest();
       for (int step = 0; step < settling && moved() > kSettled * first; ++step)
         rest_ = solver_->positions(), step_from_rest();
@@ -86,7 +88,7 @@ class StepAtRest {
   bool rests() const { return rests_; }
   Eigen::Index coordinates() const { return x_.size(); }
   bool moves(Eigen::Index coordinate) const { return w_[coordinate / 3] > 0; }
-  double least_inverse_mass() const {  // of what moves
+  double least_inverse_mass() const {  // of the movable particles
     double least = 0;
     for (const double w : w_)
       if (w > 0) least = least > 0 ? std::min(least, w) : w;
@@ -94,7 +96,7 @@ class StepAtRest {
   }
   double small() const { return small_; }  // m
 
-  /// x: m from the places at rest, v: m/s.
+  /// Applies the linearised step to displacements from rest `x` (m) and velocities `v` (m/s).
   void apply(Motion& x, Motion& v) {
     std::vector<Vec3> from = rest_, at(rest_.size());
     for (Eigen::Index i = 0; i < x.size(); ++i)
@@ -108,7 +110,7 @@ class StepAtRest {
     solver_->set_state(0, x, v), solver_->step();
   }
 
-  Model model_;  // the solver refers to it
+  Model model_;  // referenced by the solver
   std::unique_ptr<Solver> solver_;
   std::vector<Vec3> rest_;
   std::vector<double> w_;  // 1/kg
@@ -117,27 +119,28 @@ class StepAtRest {
   bool rests_ = true;
 };
 
-/// It follows how the velocities of a motion grow from step to step, with positions and velocities scaled alike.
+/// Power iteration: follows how the velocities of a motion grow from step to step. Positions and velocities are scaled
+/// by the same factor.
 class PowerIteration {
  public:
   PowerIteration(StepAtRest& step, double dt) : step_(step), dt_(dt) {
     Motion v(step.coordinates());
-    std::uint32_t random = 1;  // the same numbers everywhere (Numerical Recipes' linear congruence)
+    std::uint32_t random = 1;  // the same numbers on every machine (Numerical Recipes' linear congruence)
     for (Eigen::Index i = 0; i < v.size(); ++i)
       random = random * 1664525u + 1013904223u, v[i] = step.moves(i) ? random / 2147483648.0 - 1 : 0;
     start(v);
-    make_small();
+    rescale();
     const Motion before = v_;
     advance();
-    start(v_ - before);  // zero modes keep their velocities, and so drop out
+    start(v_ - before);  // the difference removes zero modes, which keep their velocities
   }
 
-  /// Starts where the body is at rest, with these velocities.
+  /// Starts at the rest state with these velocities.
   void start(const Motion& v) { x_ = Motion::Zero(v.size()), v_ = v, log_ = 0; }
 
-  /// Takes one step; the logarithm of the velocities' norm over that at the start. NaN: there is no motion.
+  /// Takes one step and returns the logarithm of the velocities' norm relative to the start; NaN if nothing moves.
   double advance() {
-    make_small();
+    rescale();
     const double before = v_.norm();
     step_.apply(x_, v_);
     return log_ += std::log(v_.norm() / before);
@@ -145,7 +148,7 @@ class PowerIteration {
   const Motion& velocities() const { return v_; }
 
  private:
-  void make_small() {
+  void rescale() {
     const double most = std::max(x_.lpNorm<Eigen::Infinity>(), dt_ * v_.lpNorm<Eigen::Infinity>());
     if (most > 0) x_ *= step_.small() / most, v_ *= step_.small() / most;
   }
@@ -163,7 +166,7 @@ struct Peak {
 
 double rate_of(double share, double dt) { return share < 1 ? -std::log1p(-share) / dt : INFINITY; }
 
-/// What a step of the scene takes, in projections.
+/// Returns the cost of a step of the scene in projections of one constraint.
 double projections_of_a_step(const Model& model) {
   const SolverSpec& solver = model.scene.solver;
   double projections = 0, springs = 0;
@@ -187,7 +190,7 @@ bool Amplification::grows() const { return growth > damping + kCertainGrowth + 1
 
 std::optional<Amplification> measure_amplification(const Scene& of, std::size_t body, int steps, int threads,
                                                    const PatchBounds& bounds) try {
-  const Scene scene = alone(of, body);
+  const Scene scene = isolated_body(of, body);
   const double dt = scene.solver.dt;
   StepAtRest step(scene, steps, threads, bounds);
   if (!step.rests() || step.least_inverse_mass() == 0) return std::nullopt;
@@ -196,14 +199,14 @@ std::optional<Amplification> measure_amplification(const Scene& of, std::size_t 
   if (of.wind) found.damping += of.wind->drag * step.least_inverse_mass();
   PowerIteration iteration(step, dt);
   for (int round = 0; round < kRoundsOfPower; ++round) {
-    // A mode's velocities swing. From rest they are never larger than at the start unless the mode grows, and those of
-    // one that grows reach peaks that do. What fades is told by the peaks of the last two quarters.
+    // The velocities of a mode oscillate. From rest they exceed their start only if the mode grows, and then their
+    // peaks grow. The rate of a decaying mode follows from the peaks of the last two quarters.
     const int length = std::max(4, steps / kRoundsOfPower);
     Peak early, third{0, -INFINITY}, last{0, -INFINITY};
     Motion at_peak = iteration.velocities();
     for (int k = 1; k <= length; ++k) {
       const double log = iteration.advance();
-      if (!std::isfinite(log)) return found;  // nothing moves any more
+      if (!std::isfinite(log)) return found;  // all motion has ended
       Peak& peak = 2 * k <= length ? early : 4 * k <= 3 * length ? third : last;
       if (log <= peak.log) continue;
       peak = {k, log};
@@ -215,7 +218,7 @@ std::optional<Amplification> measure_amplification(const Scene& of, std::size_t 
     iteration.start(at_peak);
   }
   return found;
-} catch (const InputError&) {  // such as tethers to what only the environment holds
+} catch (const InputError&) {  // such as tethers to pins that only the environment holds
   return std::nullopt;
 } catch (const Diverged&) {
   return std::nullopt;
@@ -224,7 +227,7 @@ std::optional<Amplification> measure_amplification(const Scene& of, std::size_t 
 std::vector<std::optional<Amplification>> measure_amplifications(const Model& model, double steps, int threads) {
   const std::vector<int>& begin = model.look.body_begin;
   std::vector<std::optional<Amplification>> all(model.scene.bodies.size());
-  // Each body takes its share of a step's time, so that their number does not matter.
+  // Each body costs its share of a step's time, so the number of bodies does not matter.
   const double affordable = (steps - steps_of_set_up(model)) / kStepsOfAStep;
   if (affordable < kFewestSteps) return all;
   const int taken = static_cast<int>(std::min<double>(kMostSteps, affordable));
@@ -239,25 +242,14 @@ double amplification_steps_of_plan(const Model& model) {
                   kProjectionsOfPlan / std::max(1.0, projections_of_a_step(model)));
 }
 
-std::string list_amplifications(const Model& model, const std::vector<std::optional<Amplification>>& all) {
-  std::string text;
-  for (std::size_t body = 0; body < all.size(); ++body) {
-    if (!all[body]) continue;
-    const Amplification& of = *all[body];
-    text += "  '" + model.scene.bodies[body].name + "': " + shown(of.of_a_substep(model.scene.solver), 4) +
-            ", growth of " + shown(of.growth, 2) + " a second; the scene damps " + shown(of.damping, 2) + " a second\n";
-  }
-  return text.empty() ? "" : "amplification of small motions about rest by a substep:\n" + text;
-}
-
 std::vector<std::string> growth_warnings(const Model& model, const std::vector<std::optional<Amplification>>& all) {
   std::vector<std::string> lines;
   for (std::size_t body = 0; body < all.size(); ++body) {
     if (!all[body] || !all[body]->grows()) continue;
     const double growth = all[body]->growth, damping = -std::expm1(-growth * model.scene.solver.dt);
-    lines.push_back("body '" + model.scene.bodies[body].name + "': small motions about its rest grow by " +
-                    shown(growth, 2) + " a second by its constraints alone, and the scene damps " +
-                    shown(all[body]->damping, 2) + " a second; take " +
+    lines.push_back("body '" + model.scene.bodies[body].name +
+                    "': its constraints alone make small motions about its rest state grow by " + shown(growth, 2) +
+                    " a second, and the scene damps " + shown(all[body]->damping, 2) + " a second; take " +
                     (damping < kMostDamping ? "a \"damping\" of " + shown(damping, 2) + " or more, or " : "") +
                     (model.scene.solver.type == "desbrun" ? "\"corrector\": \"inertia\""
                                                           : "\"rigidity\" or \"compliance\" instead of \"stiffness\"") +

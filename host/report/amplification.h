@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The amplification of a substep: by how much it multiplies the motion of a body that stands at rest. Nothing but the
-// body's own constraints acts then, so that motion that grows is energy that the solver adds.
+// Amplification of a substep: the factor by which it multiplies small motions of a body about its rest state. Only the
+// body's own constraints act then, so a motion that grows gains energy from the solver.
 #pragma once
 #include <cstdint>
 #include <optional>
@@ -11,34 +11,34 @@
 
 namespace malha {
 
-/// Of a body alone, without gravity, wind, damping, contacts and whatever moves its pins.
+/// Growth of small motions of one body, simulated alone: without gravity, wind, damping, contacts and moving pins.
 struct Amplification {
-  double growth = 0;   // 1/s, of the motion that grows fastest, or else fades slowest; below 0 it fades
-  double damping = 0;  // 1/s, that the scene takes of any motion: the body's `damping`, and the wind's `drag`
-  double seconds = 0;  // simulated: the longer, the slower is what can be told apart
-  /// By which a substep multiplies that motion: the spectral radius of its linearisation.
+  double growth = 0;   // 1/s, of the motion that grows fastest, or else decays slowest; a negative rate is decay
+  double damping = 0;  // 1/s, of the scene: the body's `damping`, and the wind's `drag`
+  double seconds = 0;  // simulated time; a longer one tells slower growth apart
+  /// Returns the factor by which a substep multiplies that motion: the spectral radius of its linearisation.
   double of_a_substep(const SolverSpec& solver) const;
-  /// Whether it grows faster than the scene damps it, by more than what the time leaves uncertain.
+  /// Returns whether the motion grows faster than the scene damps it, by more than the uncertainty that the simulated
+  /// time leaves.
   bool grows() const;
 };
 
-/// The body's, by power iteration in double: a small motion is taken through `steps` of them and made small again after
-/// each. Zero modes, such as rigid motions and what no constraint resists, neither grow nor fade and are left out.
-/// None: the body comes to no rest, such as a sheet that is pressed in its plane, or cannot be simulated alone.
+/// Measures a body's amplification by power iteration in double precision: a small motion is advanced by `steps` steps
+/// and scaled down again after each. Zero modes, such as rigid motions and deformations that no constraint resists,
+/// neither grow nor decay and are left out. Returns none where the body comes to no rest, such as a sheet that is
+/// compressed in its plane, or cannot be simulated alone.
 std::optional<Amplification> measure_amplification(const Scene& scene, std::size_t body, int steps, int threads = 1,
                                                    const PatchBounds& bounds = {});
 
-/// Of each body of a scene, where there is any; the same on every machine. It takes at most as long as `steps` steps of
-/// the scene do, about, and leaves bodies out for which that is too little.
+/// Measures the amplification of every body of a scene, with the same result on every machine. It takes at most about
+/// as long as `steps` steps of the scene, and leaves out bodies for which that is too little.
 std::vector<std::optional<Amplification>> measure_amplifications(const Model& model, double steps, int threads = 1);
 
-/// What `malha plan` says of them.
-std::string list_amplifications(const Model& model, const std::vector<std::optional<Amplification>>& all);
-
-/// Warnings of bodies whose motion grows.
+/// One warning for each body whose small motions grow.
 std::vector<std::string> growth_warnings(const Model& model, const std::vector<std::optional<Amplification>>& all);
 
-/// So many steps may `malha plan` take for it, and a run of `steps` steps: a hundredth.
+/// The time that measuring amplifications may take, in steps of the scene: in `malha plan`, and in a run of `steps`
+/// steps, where it is a hundredth of the run.
 double amplification_steps_of_plan(const Model& model);
 inline double amplification_steps_of_run(std::int64_t steps) { return 0.01 * static_cast<double>(steps); }
 

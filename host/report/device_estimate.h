@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a step asks of the machine that a model is laid out for, before it runs there.
+// Estimate of the work of a step on the machine that a model's patches are cut for, before it runs there.
 #pragma once
 #include <string>
 #include <vector>
@@ -10,34 +10,31 @@
 
 namespace malha {
 
-/// Of the visits of a step: how the particles and constraints travel between memory and cores.
-struct VisitTraffic {
+/// Bytes that the patch solves of a step move between memory and cores.
+struct PatchTraffic {
   double particle_bytes = 0, constraint_bytes = 0;
 };
 
-/// Each visit reads what it needs once, whether it goes one way or both, and writes what it changes once. `plan`: the
-/// model's patches.
-VisitTraffic visit_traffic(const Model& model, const Solver& solver, const PatchPlan& plan);
+/// Counts the traffic of a step. Each patch solve loads its particles and constraints once, whether it sweeps in one
+/// direction or both, and stores once what it changed. `plan`: the model's patches.
+PatchTraffic patch_traffic(const Model& model, const Solver& solver, const PatchPlan& plan);
 
-/// What a step asks of a machine.
+/// Launches, thread groups, fast memory and memory traffic of a step on a machine.
 struct DeviceEstimate {
   Machine machine;
-  int phases = 0, groups_fewest = 0, groups_most = 0;  // a phase; no phases: no batched constraints, and all is 0
-  int at_once = 0;                                     // groups that the machine works on
-  double group_bytes = 0;                              // of fast memory, at most
+  int phases = 0, groups_fewest = 0, groups_most = 0;  // per phase; 0 without batched constraints
+  int groups_at_once = 0;                              // groups that run concurrently
+  double group_bytes = 0;                              // fast memory of the largest group
   std::size_t launches = 0;
   bool launches_at_least = false;
-  bool replays = false;  // a device records them once
-  VisitTraffic moved{};
-  double bytes_per_second = 0;             // of the machine's memory; measured where its facts are not known
-  std::vector<std::string> not_counted{};  // passes beside the visits, whose bytes are not in `moved`
-  /// For fast memory: then no group uses it.
+  bool replays = false;  // the launches are a recorded graph
+  PatchTraffic traffic{};
+  double bytes_per_second = 0;             // of the machine's memory; measured where no value is known
+  std::vector<std::string> not_counted{};  // passes besides the patch solves, whose bytes are not in `traffic`
+  /// Returns whether a group exceeds the fast memory; then no group uses it.
   bool is_too_large() const { return machine.fast_bytes > 0 && group_bytes > double(machine.fast_bytes); }
-  double ms() const { return (moved.particle_bytes + moved.constraint_bytes) / bytes_per_second * 1000; }
+  double ms() const { return (traffic.particle_bytes + traffic.constraint_bytes) / bytes_per_second * 1000; }
 };
-DeviceEstimate plan_for(const Simulation& simulation, const Machine& machine);
-
-/// For people.
-std::string list_demand(const DeviceEstimate& demand);
+DeviceEstimate estimate_device(const Simulation& simulation, const Machine& machine);
 
 }  // namespace malha

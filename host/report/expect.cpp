@@ -12,24 +12,24 @@ namespace malha {
 
 namespace {
 
-class Judge {
+class ExpectationChecker {
  public:
-  explicit Judge(const std::vector<ParticlesOfBody>& bodies) : bodies_(bodies) {}
+  explicit ExpectationChecker(const std::vector<ParticlesOfBody>& bodies) : bodies_(bodies) {}
 
-  /// Refuses NaN too.
+  /// NaN fails the comparison, too.
   void at_most(const char* what, const std::optional<double>& allowed, double found) {
-    if (allowed && !(found <= *allowed)) say(what, found, "at most", *allowed);
+    if (allowed && !(found <= *allowed)) add_line(what, found, "at most", *allowed);
   }
   void at_least(const char* what, const std::optional<double>& allowed, double found) {
-    if (allowed && !(found >= *allowed)) say(what, found, "at least", *allowed);
+    if (allowed && !(found >= *allowed)) add_line(what, found, "at least", *allowed);
   }
   void within(const char* what, const Range& allowed, double found) {
     at_least(what, allowed.at_least, found), at_most(what, allowed.at_most, found);
   }
 
-  /// Particles first .. end - 1, those of a body or of all.
-  void inside(const std::string& body, const std::vector<Vec3>& x, std::size_t first, std::size_t end, const Vec3& min,
-              const Vec3& max) {
+  /// Checks that particles first .. end - 1, of a body or of all (`body` empty), lie within the bounds.
+  void all_within(const std::string& body, const std::vector<Vec3>& x, std::size_t first, std::size_t end,
+                  const Vec3& min, const Vec3& max) {
     std::size_t outside = 0, one = end;
     for (std::size_t i = first; i < end; ++i) {
       bool in = true;
@@ -45,7 +45,7 @@ class Judge {
   std::vector<std::string> lines;
 
  private:
-  /// As its body's file counts vertices.
+  /// Returns the particle's number as the mesh file of its body counts vertices.
   std::string number(std::size_t particle, bool with_body) const {
     for (const ParticlesOfBody& body : bodies_)
       if (body.first <= particle && particle < body.end)
@@ -55,7 +55,7 @@ class Judge {
   }
   static std::string place(const Vec3& x) { return "(" + shown(x[0]) + ", " + shown(x[1]) + ", " + shown(x[2]) + ")"; }
 
-  void say(const char* what, double found, const char* how, double allowed) {
+  void add_line(const char* what, double found, const char* how, double allowed) {
     std::ostringstream line;
     line << what << ": found " << found << "; expected " << how << " " << allowed;
     lines.push_back(line.str());
@@ -69,31 +69,32 @@ class Judge {
 std::vector<std::string> unmet_expectations(const Expect& expect, const Measures& measures,
                                             const std::vector<Vec3>& positions,
                                             const std::vector<ParticlesOfBody>& bodies) {
-  Judge judge(bodies);
-  judge.within("max_strain", expect.max_strain, measures.strain_max);
-  judge.within("rms_strain", expect.rms_strain, measures.strain_rms);
-  judge.within("max_penetration", expect.max_penetration, measures.penetration_max);
-  judge.within("max_crossings", expect.max_crossings, static_cast<double>(measures.crossings));
-  judge.at_most("energy_not_above", expect.energy_not_above, measures.energy());
-  judge.at_least("energy_not_below", expect.energy_not_below, measures.energy());
-  judge.within("max_speed", expect.max_speed, measures.speed_max);
-  judge.within("inverted_tetrahedra", expect.inverted_tetrahedra, double(measures.inverted_tetrahedra));
+  ExpectationChecker checker(bodies);
+  checker.within("max_strain", expect.max_strain, measures.strain_max);
+  checker.within("rms_strain", expect.rms_strain, measures.strain_rms);
+  checker.within("max_penetration", expect.max_penetration, measures.penetration_max);
+  checker.within("max_crossings", expect.max_crossings, static_cast<double>(measures.crossings));
+  checker.at_most("energy_not_above", expect.energy_not_above, measures.energy());
+  checker.at_least("energy_not_below", expect.energy_not_below, measures.energy());
+  checker.within("max_speed", expect.max_speed, measures.speed_max);
+  checker.within("inverted_tetrahedra", expect.inverted_tetrahedra, double(measures.inverted_tetrahedra));
   if (expect.volume_ratio)
     for (const double ratio : measures.volume_ratios) {
-      judge.at_least("volume_ratio", (*expect.volume_ratio)[0], ratio);
-      judge.at_most("volume_ratio", (*expect.volume_ratio)[1], ratio);
+      checker.at_least("volume_ratio", (*expect.volume_ratio)[0], ratio);
+      checker.at_most("volume_ratio", (*expect.volume_ratio)[1], ratio);
     }
   std::size_t not_finite = 0;
   for (const Vec3& x : positions) not_finite += !finite(x);
-  if (not_finite > 0) judge.lines.push_back(counted(not_finite, "particle") + " not finite");
+  if (not_finite > 0) checker.lines.push_back(counted(not_finite, "particle") + " not finite");
   constexpr double all = std::numeric_limits<double>::infinity();
   if (expect.bounds_min || expect.bounds_max)
-    judge.inside("", positions, 0, positions.size(), expect.bounds_min.value_or(Vec3{-all, -all, -all}),
-                 expect.bounds_max.value_or(Vec3{all, all, all}));
+    checker.all_within("", positions, 0, positions.size(), expect.bounds_min.value_or(Vec3{-all, -all, -all}),
+                       expect.bounds_max.value_or(Vec3{all, all, all}));
   for (const ExpectOfBody& of : expect.bodies)
     for (const ParticlesOfBody& body : bodies)
-      if (body.name == of.name) judge.inside(of.name, positions, body.first, body.end, of.bounds_min, of.bounds_max);
-  return judge.lines;
+      if (body.name == of.name)
+        checker.all_within(of.name, positions, body.first, body.end, of.bounds_min, of.bounds_max);
+  return checker.lines;
 }
 
 }  // namespace malha

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whether a state is what its scene expects.
+// Checks of a state against the expectations of its scene.
 #pragma once
 #include <string>
 #include <vector>
@@ -10,15 +10,15 @@
 
 namespace malha {
 
-/// A body's particles, first .. end - 1 of all in the user's order.
+/// A body's particles: first .. end - 1 of all particles in the user's order.
 struct ParticlesOfBody {
   std::string name;
   std::size_t first, end;
   FileVertices vertices{};
 };
 
-/// A line for every expectation that is not met: what was found and what is allowed. Positions that are not finite
-/// are always unmet. `bodies`: those that expect.bodies name, at least.
+/// Returns a line for every expectation that is not met, with the found and the allowed value. Positions that are not
+/// finite always give a line. `bodies` must include those that expect.bodies names.
 std::vector<std::string> unmet_expectations(const Expect& expect, const Measures& measures,
                                             const std::vector<Vec3>& positions,
                                             const std::vector<ParticlesOfBody>& bodies = {});

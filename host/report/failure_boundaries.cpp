@@ -22,13 +22,14 @@ double gravity(const Model& model) {
   return std::hypot(g[0], g[1], g[2]);
 }
 
-bool names(const BodySpec& body, const char* type) {
+bool has_constraint(const BodySpec& body, const char* type) {
   return std::any_of(body.constraints.begin(), body.constraints.end(),
                      [type](const ConstraintSpec& spec) { return spec.type == type; });
 }
 
-/// Of each particle the length of a way of fewest springs to a pinned one, m; infinite where there is none.
-std::vector<double> distances_from(const std::vector<bool>& pinned, const std::vector<SpringSet>& springs) {
+/// Returns for each particle the length (m) of the path of fewest springs to a pinned particle; infinite if there is
+/// none.
+std::vector<double> distances_to_pins(const std::vector<bool>& pinned, const std::vector<SpringSet>& springs) {
   const std::size_t count = pinned.size();
   std::vector<int> begin(count + 1);
   for (const SpringSet& set : springs)
@@ -40,18 +41,19 @@ std::vector<double> distances_from(const std::vector<bool>& pinned, const std::v
       const auto& [a, b] = set.ends[s];
       next[--begin[a]] = {b, set.rest[s]}, next[--begin[b]] = {a, set.rest[s]};
     }
-  std::vector<double> away(count, std::numeric_limits<double>::infinity());
+  std::vector<double> distance_to_pin(count, std::numeric_limits<double>::infinity());
   std::vector<int> front;
   for (std::size_t i = 0; i < count; ++i)
-    if (pinned[i]) away[i] = 0, front.push_back(static_cast<int>(i));
+    if (pinned[i]) distance_to_pin[i] = 0, front.push_back(static_cast<int>(i));
   for (std::size_t k = 0; k < front.size(); ++k)
     for (int n = begin[front[k]]; n < begin[front[k] + 1]; ++n)
-      if (const auto& [j, length] = next[n]; std::isinf(away[j])) away[j] = away[front[k]] + length, front.push_back(j);
-  return away;
+      if (const auto& [j, length] = next[n]; std::isinf(distance_to_pin[j]))
+        distance_to_pin[j] = distance_to_pin[front[k]] + length, front.push_back(j);
+  return distance_to_pin;
 }
 
-/// Of each body, whether "auto" levels carry corrections from its pins.
-std::vector<bool> long_ways(const Model& model, const std::vector<int>& body) {
+/// Returns for each body whether "auto" levels carry corrections from its pins.
+std::vector<bool> bodies_with_auto_levels(const Model& model, const std::vector<int>& body) {
   SolverSpec solver = model.scene.solver;
   solver.levels = kAutoLevels;
   std::vector<double> w = model.w;
@@ -64,13 +66,13 @@ std::vector<bool> long_ways(const Model& model, const std::vector<int>& body) {
   return result;
 }
 
-/// What levels leave of a body's sag.
-double left_by_levels(int levels, bool auto_level_threshold) {
-  if (levels == kAutoLevels) return auto_level_threshold ? 0 : 1;
+/// Returns the share of a body's sag that levels leave.
+double share_left_by_levels(int levels, bool auto_levels_act) {
+  if (levels == kAutoLevels) return auto_levels_act ? 0 : 1;
   return std::pow(0.25, levels);
 }
 
-/// f(body, constraint, cells that its shear wave gets through in a substep, over the root of the iterations).
+/// Calls f(body, constraint, cells that its shear wave travels in a substep over the root of the iterations).
 template <class F>
 void for_each_wave(const Model& model, F&& f) {
   for (std::size_t b = 0; b < model.tetrahedra.size(); ++b) {
@@ -90,20 +92,21 @@ void for_each_wave(const Model& model, F&& f) {
 }  // namespace
 
 Sag worst_sag(const Model& model) {
-  struct Hung {
-    double mass = 0, end_mass = 0, stiffness = 0;             // of all movable particles; a sum; the largest
-    double length = std::numeric_limits<double>::infinity();  // the shortest
-    bool tied = false;                                        // by springs to attachments
+  struct SuspendedBody {
+    double mass = 0, end_mass = 0,
+           stiffness = 0;  // of all movable particles; of those next to pins; the largest stiffness a projection
+    double length = std::numeric_limits<double>::infinity();  // the shortest constraint next to pins, m
+    bool attached = false;                                    // hangs by springs to attachments
     int paths = 0;                                            // constraints between a pinned and a movable particle
   };
   Sag worst;
   const SolverSpec& solver = model.scene.solver;
   if (solver.type != "pbd" || gravity(model) == 0) return worst;
-  std::vector<Hung> hung(model.scene.bodies.size());
+  std::vector<SuspendedBody> suspended(model.scene.bodies.size());
   const std::vector<int> body = bodies_of(model);
   const std::vector<bool> pinned = held_at_start(model, true);
   for (std::size_t i = 0; i < body.size(); ++i)
-    if (!pinned[i]) hung[body[i]].mass += 1 / model.w[i];
+    if (!pinned[i]) suspended[body[i]].mass += 1 / model.w[i];
   for (const ConstraintSet& set : model.sets) {
     if (set.type != "distance") continue;
     const double k = set.compliance ? 1 : stiffness_per_projection(set.stiffness, solver, kThereAndBack);
@@ -111,41 +114,41 @@ Sag worst_sag(const Model& model) {
       int a = set.particles[2 * c], b = set.particles[2 * c + 1];
       if (pinned[a] == pinned[b]) continue;
       if (pinned[a]) std::swap(a, b);
-      Hung& of = hung[body[a]];
+      SuspendedBody& of = suspended[body[a]];
       const double length = distance(model.x[a], model.x[b]);
       ++of.paths, of.length = length > 0 ? std::min(of.length, length) : of.length, of.end_mass += 1 / model.w[a];
       of.stiffness = std::max(of.stiffness, k);
     }
   }
   for (const AttachmentSet& set : model.attached)
-    for (const int i : set.particles) hung[body[i]].tied = hung[body[i]].tied || model.w[i] > 0;
+    for (const int i : set.particles) suspended[body[i]].attached = suspended[body[i]].attached || model.w[i] > 0;
   const double fall = gravity(model) * substep(model) * substep(model);
   const std::vector<int>& faces = model.look.face_begin;
-  std::vector<bool> auto_level_threshold;
-  for (std::size_t b = 0; b < hung.size(); ++b) {
-    const Hung& of = hung[b];
-    if (of.paths == 0 || of.stiffness == 0 || names(model.scene.bodies[b], "long_range")) continue;
-    if (auto_level_threshold.empty()) auto_level_threshold = long_ways(model, body);
-    const double left = of.tied ? 1 : left_by_levels(solver.levels, auto_level_threshold[b]);
+  std::vector<bool> auto_levels_act;
+  for (std::size_t b = 0; b < suspended.size(); ++b) {
+    const SuspendedBody& of = suspended[b];
+    if (of.paths == 0 || of.stiffness == 0 || has_constraint(model.scene.bodies[b], "long_range")) continue;
+    if (auto_levels_act.empty()) auto_levels_act = bodies_with_auto_levels(model, body);
+    const double left = of.attached ? 1 : share_left_by_levels(solver.levels, auto_levels_act[b]);
     const double strain = left * 2 * of.mass / of.end_mass * fall / (of.length * solver.iterations * of.stiffness);
-    const double swinging = strain * std::max(5.0, std::sqrt(of.paths / 2.0)) * (of.tied ? 7 : 1);
+    const double swinging = strain * std::max(5.0, std::sqrt(of.paths / 2.0)) * (of.attached ? 7 : 1);
     const bool of_faces = faces[b + 1] != faces[b];
     if (swinging > worst.swinging)
-      worst = {strain, swinging, of.stiffness, static_cast<int>(b), of_faces, auto_level_threshold[b] && !of.tied};
+      worst = {strain, swinging, of.stiffness, static_cast<int>(b), of_faces, auto_levels_act[b] && !of.attached};
   }
   return worst;
 }
 
-Wave fastest_wave(const Model& model) {
-  Wave fastest;
+ShearWave fastest_shear_wave(const Model& model) {
+  ShearWave fastest;
   for_each_wave(model, [&](std::size_t body, const ConstraintSpec&, double cells) {
     if (cells > fastest.cells) fastest = {cells, static_cast<int>(body)};
   });
   return fastest;
 }
 
-Give most_given(const Model& model) {
-  Give most;
+VolumeSoftening worst_volume_softening(const Model& model) {
+  VolumeSoftening most;
   for_each_wave(model, [&](std::size_t body, const ConstraintSpec& spec, double cells) {
     if (std::holds_alternative<TetBoxShape>(model.scene.bodies[body].shape)) return;
     const double nu = spec.parameter, s = cells * cells * 2 * nu / (1 - 2 * nu);
@@ -154,7 +157,7 @@ Give most_given(const Model& model) {
   return most;
 }
 
-double free_stiffness(const Model& model) {
+double max_free_stiffness(const Model& model) {
   const std::vector<int> body = bodies_of(model);
   const std::vector<bool> pinned = held_at_start(model, true);
   std::vector<bool> held(model.scene.bodies.size());
@@ -169,7 +172,7 @@ double free_stiffness(const Model& model) {
   return most * substep(model) * substep(model);
 }
 
-double pinned_fall(const Model& model) {
+double pinned_spring_strain(const Model& model) {
   const std::vector<bool> pinned = held_at_start(model, true);
   double shortest = std::numeric_limits<double>::infinity();
   for (const SpringSet& set : model.springs)
@@ -180,7 +183,7 @@ double pinned_fall(const Model& model) {
 }
 
 Swing most_damped_swing(const Model& model) {
-  struct Hung {
+  struct SuspendedBody {
     double mass = 0, length = 0, inertia = 0;  // sums of m, m d, m d^2
     double turned = 0, held = 0;               // sums of k (d_i - d_j)^2, and of k at pins
   };
@@ -188,25 +191,26 @@ Swing most_damped_swing(const Model& model) {
   if (gravity(model) == 0 || model.springs.empty()) return worst;
   const std::vector<int> body = bodies_of(model);
   const std::vector<bool> pinned = held_at_start(model, true);
-  const std::vector<double> away = distances_from(pinned, model.springs);
-  std::vector<Hung> hung(model.scene.bodies.size());
+  const std::vector<double> distance_to_pin = distances_to_pins(pinned, model.springs);
+  std::vector<SuspendedBody> suspended(model.scene.bodies.size());
   for (std::size_t i = 0; i < body.size(); ++i) {
-    if (pinned[i] || std::isinf(away[i])) continue;
-    Hung& of = hung[body[i]];
-    const double m = 1 / model.w[i], d = away[i];
+    if (pinned[i] || std::isinf(distance_to_pin[i])) continue;
+    SuspendedBody& of = suspended[body[i]];
+    const double m = 1 / model.w[i], d = distance_to_pin[i];
     of.mass += m, of.length += m * d, of.inertia += m * d * d;
   }
   for (const SpringSet& set : model.springs)
     for (std::size_t s = 0; s < set.ends.size(); ++s) {
       const auto& [a, b] = set.ends[s];
-      if (std::isinf(away[a]) || std::isinf(away[b])) continue;
-      Hung& of = hung[body[a]];
-      of.turned += set.stiffness[s] * (away[a] - away[b]) * (away[a] - away[b]);
+      if (std::isinf(distance_to_pin[a]) || std::isinf(distance_to_pin[b])) continue;
+      SuspendedBody& of = suspended[body[a]];
+      of.turned +=
+          set.stiffness[s] * (distance_to_pin[a] - distance_to_pin[b]) * (distance_to_pin[a] - distance_to_pin[b]);
       if (pinned[a] != pinned[b]) of.held += set.stiffness[s];
     }
   const double h = substep(model);
-  for (std::size_t b = 0; b < hung.size(); ++b) {
-    const Hung& of = hung[b];
+  for (std::size_t b = 0; b < suspended.size(); ++b) {
+    const SuspendedBody& of = suspended[b];
     if (of.inertia == 0) continue;
     const double back = h * h * of.held / of.mass, decay = h * of.turned / of.inertia, kept = back / (1 + back);
     const double damping = decay / (2 * std::sqrt(gravity(model) * of.length / of.inertia)) *

@@ -15,15 +15,16 @@ namespace malha {
 
 namespace {
 
-constexpr double kTurn = 0.5;  // sine of the least angle that counts as a fold
+constexpr double kMinFoldSine = 0.5;  // sine of the smallest angle that counts as a fold
 
-/// What a body's constraints make of bending: the rigidity, N m, and of what has a compliance instead, 1 / compliance.
-struct Bends {
+/// Bending stiffness of a body: the sum of rigidities (N m), and of 1 / compliance of constraints that have one
+/// instead.
+struct BendingStiffness {
   double rigidity = 0, per_hinge = 0;
 };
 
-Bends bends_of(const BodySpec& body) {
-  Bends sum;
+BendingStiffness bending_of(const BodySpec& body) {
+  BendingStiffness sum;
   for (const ConstraintSpec& spec : body.constraints) {
     if (spec.type != "bending" && spec.type != "isometric_bending" && spec.type != "plate") continue;
     if (spec.rigidity)
@@ -31,30 +32,30 @@ Bends bends_of(const BodySpec& body) {
     else if (spec.compliance.value_or(0) > 0)
       sum.per_hinge += 1 / *spec.compliance;
     else
-      return {};  // as stiff as the steps allow
+      return {};  // the steps limit the stiffness, and no material is given
   }
   return sum;
 }
 
-/// The held side of a face that is not held, with another face beyond it.
-struct Line {
+/// A pinned edge of a face that is not pinned, with another face beyond it.
+struct ClampedEdge {
   int from, to;
-  int free;                                  // a corner of the face that can move
-  double length, height, area, area_beyond;  // height: of the face over its side
-  Vec3 away;                                 // unit vector from the side into the face
+  int free;                                  // a movable corner of the face
+  double length, height, area, area_beyond;  // height: of the face over this edge
+  Vec3 away;                                 // unit vector from the edge into the face
 };
 
-std::vector<Line> held_lines(const Mesh& mesh, const std::vector<bool>& held) {
+std::vector<ClampedEdge> clamped_edges(const Mesh& mesh, const std::vector<bool>& held) {
   std::vector<int> face_of;
   for (std::size_t f = 0; f < mesh.faces.size(); ++f)
     face_of.insert(face_of.end(), is_triangle(mesh.faces[f]) ? 3 : 4, static_cast<int>(f));
-  std::vector<Line> lines;
+  std::vector<ClampedEdge> lines;
   const auto sides = sorted_sides(mesh.points.size(), [&](auto add) { visit_face_sides(mesh.faces, add); });
   for_each_edge(sides, [&](auto first, auto last) {
     if (last - first != 2 || !held[first->low] || !held[first->high]) return;
     for (int k = 0; k < 2; ++k) {
       const Quad &face = mesh.faces[face_of[first[k].number]], &beyond = mesh.faces[face_of[first[1 - k].number]];
-      Line line{first->low, first->high, -1, 0, 0, face_area(mesh, face), face_area(mesh, beyond), {}};
+      ClampedEdge line{first->low, first->high, -1, 0, 0, face_area(mesh, face), face_area(mesh, beyond), {}};
       const Vec3 from = mesh.points[line.from], edge = minus(mesh.points[line.to], from);
       line.length = norm(edge);
       for (int c = 0; c < (is_triangle(face) ? 3 : 4); ++c) {
@@ -79,20 +80,20 @@ HangingFold sharpest_fold(const Model& model) {
   const Vec3& gravity = model.scene.gravity;
   const double g = norm(gravity);
   if (!(g > 0)) return sharpest;
-  std::vector<int> number;  // the solver's, of each particle
+  std::vector<int> number;  // the solver's index of each particle
   std::vector<bool> held_there;
   for (std::size_t b = 0; b < model.scene.bodies.size(); ++b) {
-    const Bends bends = bends_of(model.scene.bodies[b]);
+    const BendingStiffness bends = bending_of(model.scene.bodies[b]);
     if (!(bends.rigidity + bends.per_hinge > 0)) continue;
     if (number.empty()) number = solver_of(model.user_index), held_there = held_at_start(model, true);
     const Mesh mesh = body_mesh(model.look, b);
     const int first = model.look.body_begin[b], count = static_cast<int>(mesh.points.size());
     std::vector<bool> held(count);
     for (int i = 0; i < count; ++i) held[i] = held_there[number[first + i]];
-    const std::vector<Line> lines = held_lines(mesh, held);
+    const std::vector<ClampedEdge> lines = clamped_edges(mesh, held);
     if (lines.empty()) continue;
 
-    // What moves together, its weight, and the length along which it is held.
+    // Connected parts of movable particles, their weights, and the length of the edges that clamp each.
     std::vector<Edge> links;
     visit_face_sides(mesh.faces, [&](int from, int to) {
       if (!held[from] && !held[to]) links.push_back({from, to});
@@ -102,10 +103,10 @@ HangingFold sharpest_fold(const Model& model) {
     std::vector<double> weight(parts), width(parts);
     for (int i = 0; i < count; ++i)
       if (const double w = model.w[number[first + i]]; !held[i] && w > 0) weight[part[i]] += g / w;
-    for (const Line& line : lines) width[part[line.free]] += line.length;
-    for (const Line& line : lines) {
+    for (const ClampedEdge& line : lines) width[part[line.free]] += line.length;
+    for (const ClampedEdge& line : lines) {
       const double down = dot(line.away, gravity) / g;
-      if (down > 0 && 1 - down * down < kTurn * kTurn) continue;
+      if (down > 0 && 1 - down * down < kMinFoldSine * kMinFoldSine) continue;
       const double D = bends.rigidity + bends.per_hinge * (line.area + line.area_beyond) / (line.length * line.length);
       const double tension = weight[part[line.free]] / width[part[line.free]];
       const HangingFold fold{std::sqrt(D / tension), line.height, static_cast<int>(b)};

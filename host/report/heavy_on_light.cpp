@@ -14,24 +14,25 @@ namespace malha {
 
 namespace {
 
-// Blocks of tetrahedra and of springs, 0.2 m high, 1 kg below 1 to 100 kg.
-constexpr double kFall = 0.01;     // of the lighter one's height: from twice that it walks off by a tenth of its width
-constexpr double kDamped = 100;    // 1/s, of the lighter one's velocity: they walk by 0.06 of their width at most
-constexpr double kDampsAll = 400;  // 1/s: by a hundredth of it or less, and rest after 3 s
+// Measured with blocks of tetrahedra and of springs, 0.2 m high, 1 kg below 1 to 100 kg.
+constexpr double kFall =
+    0.01;  // of the lighter one's height: from twice that fall the heavier one drifts by a tenth of its width
+constexpr double kDamped = 100;  // 1/s, of the lighter one: with that damping they drift by 0.06 of their width at most
+constexpr double kDampsAll = 400;  // 1/s: they drift by a hundredth of their width or less, and rest after 3 s
 
-/// The unit vectors of a scene: upwards is against gravity.
+/// Orthonormal axes of a scene; `up` is against gravity.
 struct Axes {
   Vec3 up, across, along;
 };
 Axes axes_of(const Vec3& gravity) {
   const double g = norm(gravity);
   const Vec3 up = {-gravity[0] / g, -gravity[1] / g, -gravity[2] / g};
-  const Vec3 beside = std::abs(up[0]) < 0.5 ? Vec3{1, 0, 0} : Vec3{0, 0, 1};  // far from upwards
+  const Vec3 beside = std::abs(up[0]) < 0.5 ? Vec3{1, 0, 0} : Vec3{0, 0, 1};  // far from parallel to `up`
   const Vec3 across = cross(up, beside);
   return {up, across, cross(across, up)};
 }
 
-/// The box around points along these axes.
+/// The bounding box of points along these axes.
 struct Extent {
   static constexpr double kNone = std::numeric_limits<double>::infinity();
   double lowest = kNone, highest = -kNone;                        // m, upwards
@@ -48,40 +49,40 @@ struct Extent {
   }
 };
 
-/// A body at the start, as a heavy one or a light one: its extent, its mass, and what moves or damps it.
-struct Placed : Extent {
+/// A body at the start: its extent, mass, motion and damping.
+struct BodyAtStart : Extent {
   double mass = 0;                   // kg
-  int weighed = 0;                   // particles that are not pinned
-  bool free = true, touches = true;  // touches: takes part in self-collision
-  double damped = 0;                 // 1/s, by drag
-  double rises = 0;                  // m, as far as its velocity at the start lets it rise
-  double falls = 0;                  // m, onto the object below it; 0: none is known
+  int weighed = 0;                   // particles that have a mass, because they are not pinned
+  bool free = true, touches = true;  // touches: the body takes part in self-collision
+  double damped = 0;                 // 1/s, by the wind's drag
+  double rises = 0;                  // m, height that its initial velocity lets it gain
+  double falls = 0;                  // m, onto the object below it; 0: there is none
 
-  /// Nothing holds it, and it is no sheet that lies.
+  /// Returns whether the body is free and not a sheet that lies flat.
   bool bounces(double thickness) const { return free && height() > thickness; }
 };
 
-/// Returns whether pins hold a body, and all of them let it go some time.
-bool is_let_go(const BodySpec& body) {
+/// Returns whether a body has pins that are all released at some time.
+bool is_released(const BodySpec& body) {
   return !body.pins.empty() &&
          std::ranges::all_of(body.pins, [](const Pin& pin) { return pin.release_time.has_value(); });
 }
 
-/// All bodies of a scene with self-collision.
-std::vector<Placed> placed(const Model& model, double gravity) {
+/// Returns all bodies of a scene with self-collision at its start.
+std::vector<BodyAtStart> bodies_at_start(const Model& model, double gravity) {
   const Scene& scene = model.scene;
   const Axes axes = axes_of(scene.gravity);
   const std::vector<int> body = bodies_of(model);
   const std::vector<bool> held = held_at_start(model, true);
-  std::vector<Placed> all(scene.bodies.size());
+  std::vector<BodyAtStart> all(scene.bodies.size());
   for (std::size_t i = 0; i < body.size(); ++i) {
-    Placed& of = all[body[i]];
+    BodyAtStart& of = all[body[i]];
     if (held[i]) of.free = false;
     if (model.w[i] > 0) of.mass += 1 / model.w[i], ++of.weighed;
   }
   for (std::size_t b = 0; b < all.size(); ++b) {
-    Placed& of = all[b];
-    of.free = of.free || is_let_go(scene.bodies[b]);
+    BodyAtStart& of = all[b];
+    of.free = of.free || is_released(scene.bodies[b]);
     for (int i = model.look.body_begin[b]; i < model.look.body_begin[b + 1]; ++i) of.add(axes, model.look.points[i]);
     const std::vector<std::string>& touching = scene.self_collision->bodies;  // empty: all
     const bool named = std::find(touching.begin(), touching.end(), scene.bodies[b].name) != touching.end();
@@ -89,14 +90,14 @@ std::vector<Placed> placed(const Model& model, double gravity) {
     const int count = model.look.body_begin[b + 1] - model.look.body_begin[b];
     const double speed = dot(scene.bodies[b].velocity, axes.up);
     of.rises = speed * speed / (2 * gravity);
-    // What pins hold for a while weighs as much as the rest.
+    // Pinned particles have no mass in the model; they count with the mean mass of the others.
     of.mass = scene.bodies[b].mass.value_or(of.weighed > 0 ? of.mass * count / of.weighed : 0);
     of.damped = scene.wind ? scene.wind->drag * count / of.mass : 0;
   }
   for (const EnvironmentMesh& object : model.environment) {
     Extent ground;
     for (const Vec3& x : object.mesh.points) ground.add(axes, x);
-    for (Placed& of : all)
+    for (BodyAtStart& of : all)
       if (const double gap = of.lowest - ground.highest - object.spec.thickness; gap > 0 && of.overlaps(ground))
         of.falls = of.falls > 0 ? std::min(of.falls, gap) : gap;
   }
@@ -110,19 +111,19 @@ HeavyOnLight worst_heavy_on_light(const Model& model) {
   const Scene& scene = model.scene;
   const double gravity = norm(scene.gravity);
   if (!scene.self_collision || scene.bodies.size() < 2 || !(gravity > 0)) return worst;
-  const std::vector<Placed> all = placed(model, gravity);
+  const std::vector<BodyAtStart> all = bodies_at_start(model, gravity);
   const bool floats = model.environment.empty() && std::all_of(all.begin(), all.end(), [](auto& b) { return b.free; });
-  if (floats) return worst;  // all fall alike
+  if (floats) return worst;  // all bodies have the same acceleration
   const double thickness = scene.self_collision->thickness;
   for (std::size_t a = 0; a < all.size(); ++a) {
-    const Placed& above = all[a];
-    int next = -1;  // the highest below it
+    const BodyAtStart& above = all[a];
+    int next = -1;  // the highest body below it
     for (std::size_t b = 0; b < all.size(); ++b)
       if (a != b && all[b].touches && all[b].highest < above.lowest && above.overlaps(all[b]) &&
           (next < 0 || all[b].highest > all[next].highest))
         next = static_cast<int>(b);
     if (next < 0 || !above.touches) continue;
-    const Placed& below = all[next];
+    const BodyAtStart& below = all[next];
     const double fall = above.lowest - below.highest - thickness + above.rises + below.falls;
     if (!above.bounces(thickness) || !below.bounces(thickness) || fall < kFall * below.height()) continue;
     if (below.damped >= kDamped || scene.bodies[next].damping == 1) continue;

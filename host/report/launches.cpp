@@ -10,7 +10,7 @@ namespace malha {
 
 namespace {
 
-/// As the source has it: "SolvePatch<float>" of "... [with Kernel = malha::SolvePatch<float>]".
+/// Returns the kernel's name as in the source: "SolvePatch<float>" from "... [with Kernel = malha::SolvePatch<float>]".
 std::string name_of(const std::string& signature) {
   const std::string before = "Kernel = ";
   const std::size_t start = signature.find(before) + before.size();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a step launches: the trace that shows that a scene pays for nothing that it does not name.
+// Trace of kernel launches. It shows that a scene launches only the passes that it names.
 #pragma once
 #include <cstdint>
 #include <memory>
@@ -14,13 +14,13 @@ struct Launches {
   bool operator==(const Launches&) const = default;
 };
 
-/// Notes what this thread launches as long as it lives; what others launch meanwhile it does not see.
+/// Records the launches of the thread that made it, as long as it lives; launches of other threads are not recorded.
 class LaunchTrace {
  public:
   LaunchTrace();
   ~LaunchTrace();
 
-  /// An entry a kernel, in the order in which they were first launched.
+  /// Returns one entry a kernel, in the order of their first launches.
   std::vector<Launches> list() const;
 
  private:

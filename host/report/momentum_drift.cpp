@@ -16,18 +16,18 @@ namespace {
 
 double length(const Vec3& a) { return std::hypot(a[0], a[1], a[2]); }
 
-bool gives_back(const SolverSpec& solver) {
+bool corrects_angular_momentum(const SolverSpec& solver) {
   return solver.type == "pbd" ? solver.keeps_momenta : solver.desbrun.corrects() == Corrector::Inertia;
 }
 
-bool may_change(const Scene& scene, const BodySpec& body) {
-  return gives_back(scene.solver) || scene.wind || scene.sleep || scene.self_collision || !scene.environment.empty() ||
-         tears(scene) || !body.pins.empty() || !body.attachments.empty();
+bool can_change_angular_momentum(const Scene& scene, const BodySpec& body) {
+  return corrects_angular_momentum(scene.solver) || scene.wind || scene.sleep || scene.self_collision ||
+         !scene.environment.empty() || tears(scene) || !body.pins.empty() || !body.attachments.empty();
 }
 
-Turning turning_of(const std::vector<Vec3>& x, const std::vector<Vec3>& v, const std::vector<double>& m, int begin,
-                   int end) {
-  Turning now;
+BodyRotation rotation_of(const std::vector<Vec3>& x, const std::vector<Vec3>& v, const std::vector<double>& m,
+                         int begin, int end) {
+  BodyRotation now;
   double mass = 0;
   Vec3 centre{};
   for (int i = begin; i < end; ++i) {
@@ -47,52 +47,54 @@ Turning turning_of(const std::vector<Vec3>& x, const std::vector<Vec3>& v, const
   return now;
 }
 
-/// m/s of its outermost particle where it turns with this angular momentum.
-double edge_speed(const Turning& body, const Vec3& spin) {
+/// Returns the speed (m/s) of the outermost particle of a body that rotates with this angular momentum.
+double edge_speed(const BodyRotation& body, const Vec3& spin) {
   SpinSum sum;
   std::copy_n(spin.begin(), 3, sum.L), std::copy_n(body.inertia, 6, sum.I);
   const Vector3<double> omega = angular_velocity(sum);
   return body.radius * std::sqrt(dot(omega, omega));
 }
 
-/// Of every body whose angular momentum nothing can change.
-std::vector<std::optional<Turning>> free_bodies(const Simulation& simulation) {
+/// Returns the rotation of every body whose angular momentum nothing can change.
+std::vector<std::optional<BodyRotation>> free_bodies(const Simulation& simulation) {
   const Model& model = simulation.model();
   const Scene& scene = model.scene;
-  std::vector<std::optional<Turning>> all(scene.bodies.size());
+  std::vector<std::optional<BodyRotation>> all(scene.bodies.size());
   std::vector<Vec3> x, v;
   std::vector<double> m;
   for (std::size_t b = 0; b < all.size(); ++b) {
-    if (may_change(scene, scene.bodies[b])) continue;
+    if (can_change_angular_momentum(scene, scene.bodies[b])) continue;
     if (x.empty()) {
       x = simulation.positions(), v = simulation.velocities(), m.resize(x.size());
       for (std::size_t i = 0; i < m.size(); ++i) m[model.user_index[i]] = model.w[i] > 0 ? 1 / model.w[i] : 0;
     }
-    all[b] = turning_of(x, v, m, model.look.body_begin[b], model.look.body_begin[b + 1]);
+    all[b] = rotation_of(x, v, m, model.look.body_begin[b], model.look.body_begin[b + 1]);
   }
   return all;
 }
 
 }  // namespace
 
-KeptMomenta::KeptMomenta(const Simulation& simulation) : time_(simulation.time()), start_(free_bodies(simulation)) {}
+MomentumDrift::MomentumDrift(const Simulation& simulation)
+    : time_(simulation.time()), start_(free_bodies(simulation)) {}
 
-std::vector<std::string> KeptMomenta::broken(const Simulation& simulation) const {
-  constexpr double turned = 0.1, share = 0.1;
+std::vector<std::string> MomentumDrift::warnings(const Simulation& simulation) const {
+  constexpr double max_angle = 0.1, max_share = 0.1;
   std::vector<std::string> lines;
   const Scene& scene = simulation.model().scene;
   const double time = simulation.time() - time_;
   if (!(time > 0)) return lines;
-  const std::vector<std::optional<Turning>> now = free_bodies(simulation);
+  const std::vector<std::optional<BodyRotation>> now = free_bodies(simulation);
   for (std::size_t b = 0; b < now.size(); ++b) {
     if (!now[b] || !start_[b]) continue;
-    const Turning &before = *start_[b], &after = *now[b];
+    const BodyRotation &before = *start_[b], &after = *now[b];
     const double by = edge_speed(after, minus(after.spin, before.spin)), had = edge_speed(after, before.spin);
-    if (by > share * had + turned * after.radius / time)
+    if (by > max_share * had + max_angle * after.radius / time)
       lines.push_back("body '" + scene.bodies[b].name +
                       "': " + (scene.solver.type == "pbd" ? "projections" : "the filter") +
                       " changed its angular momentum from " + shown(length(before.spin), 2) + " to " +
-                      shown(length(after.spin), 2) + " kg m^2/s, though nothing turned it: at its edge by " +
+                      shown(length(after.spin), 2) +
+                      " kg m^2/s, though no torque acted on it, and the speed of its outermost particle by " +
                       shown(by, 2) + " m/s; take \"corrector\": \"inertia\" (scenes/README.md, Momenta)");
   }
   return lines;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The warning of bodies that a run stretched by more than their own elasticity explains.
+// Warnings of bodies that a run has stretched by more than their compliance explains.
 #pragma once
 #include <string>
 #include <vector>
@@ -8,10 +8,10 @@
 
 namespace malha {
 
-/// A warning for each body whose `distance` constraints were at some time longer or shorter than was asked for by more
-/// than a tenth, RMS, of which their compliance explains less: what a load asks of the substeps is known when it has
-/// acted. Of Position Based Dynamics. Bodies that are to stretch are left out: by a stiffness below 1, by a pressure
-/// that blows them up, and those that tear.
-std::vector<std::string> overstretched(const Simulation& simulation);
+/// Returns a warning for each body whose `distance` constraints had at some time an RMS strain of more than a tenth, of
+/// which their compliance explains less. The substeps that a load needs are known only once it has acted. It covers
+/// Position Based Dynamics alone. Bodies that are meant to stretch are left out: those with a stiffness below 1, those
+/// that a pressure inflates, and those that tear.
+std::vector<std::string> overstretch_warnings(const Simulation& simulation);
 
 }  // namespace malha

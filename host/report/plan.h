@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What would run, before it runs.
+// The plan of a scene: what its steps launch and which memory it takes, before it runs.
 #pragma once
 #include <optional>
 #include <string>
@@ -12,19 +12,14 @@ namespace malha {
 struct Amplification;   // host/report/amplification.h
 struct DeviceEstimate;  // host/report/device_estimate.h
 
-/// Particles, constraints, colours and batch sizes, passes of a step, bytes by owner, and whether Embree is used.
-std::string plan(const Simulation& simulation);
-
-/// The same as JSON, with snake_case names and the unit as suffix, and after the first step what that launched.
-/// `demand`: what a step asks of a machine, where that was asked for.
-/// `amplifications`: of each body, where they were measured.
-std::string plan_json(const Simulation& simulation, const DeviceEstimate* demand = nullptr,
+/// Returns the plan as JSON, with snake_case names and units as suffixes: particles, constraints, colours and batch
+/// sizes, passes of a step, memory by owner, and after the first step its launches by kernel.
+/// `estimate`: of a step on a machine, if one was named. `amplifications`: by body, if they were measured.
+std::string plan_json(const Simulation& simulation, const DeviceEstimate* estimate = nullptr,
                       const std::vector<std::optional<Amplification>>* amplifications = nullptr);
 
-/// The most memory that this process has held, with all that libraries hold, and what a checkpoint adds to it.
-std::string list_process_memory(const Simulation& simulation);
-
-/// What its first step launched, kernel by kernel; nothing before that step.
-std::string list_launches(const Simulation& simulation);
+/// Returns the JSON as text, with the same names, units after numbers, and without entries that are 0 or empty.
+std::string plan(const Simulation& simulation, const DeviceEstimate* estimate = nullptr,
+                 const std::vector<std::optional<Amplification>>* amplifications = nullptr);
 
 }  // namespace malha

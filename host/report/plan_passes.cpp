@@ -11,20 +11,23 @@ namespace malha {
 
 namespace {
 
-/// A step's: of what restricts to each level, and of the sweeps over it.
+/// Returns the launches of restrictions to all levels in a step, and of the sweeps over them.
 std::size_t launches_of_levels(const Model& model, const SolverStats& facts) {
   if (facts.level_layouts == 0) return 0;
   const int substeps = model.scene.solver.substeps, every = facts.levels_interval;
   const std::size_t uses = (substeps + every - 1) / every;
-  const std::size_t origins = facts.level_layouts;  // from which a step's places are told
+  const std::size_t origins = facts.level_layouts;  // passes that set the origin of a step's positions
   if (facts.levels.empty()) return origins;
-  std::size_t each = 2 * (facts.levels.size() - 1);  // the coarser ones: means, and those whose parts lie in patches
+  std::size_t each =
+      2 * (facts.levels.size() -
+           1);  // for the coarser levels: means, and the sums of means whose parts lie in several patches
   for (const LevelStats& level : facts.levels) each += visits_of(level.patches.phases).size();
-  // The finest: in a step's later substeps the visits leave the means, and where they predict they hand down too.
+  // For the finest level: in later substeps of a step the patch solves compute the means, and where they predict they
+  // prolongate, too.
   return origins + uses * each + uses + (facts.whole_steps ? 1 : uses) + (facts.fused ? 0 : uses);
 }
 
-/// Launches of the passes that filter forces.
+/// Lists the launches of the passes that filter forces.
 void list_filter_passes(const Model& model, const SolverStats& facts,
                         const std::function<void(const char*, std::size_t)>& line) {
   if (!facts.filter) return;
@@ -42,17 +45,17 @@ std::size_t pinned_at_start(const Model& model) {
   return pinned;
 }
 
-std::vector<PassOfAStep> passes_of_a_step(const Model& model, const SolverStats& of_scene) {
-  std::vector<PassOfAStep> all;
+std::vector<StepPass> step_passes(const Model& model, const SolverStats& of_scene) {
+  std::vector<StepPass> all;
   SolverStats facts = of_scene;
   if (!facts.own.empty())
-    facts.fused = facts.whole_steps = facts.contact_free_steps = false;  // they act between the passes
+    facts.fused = facts.whole_steps = facts.contact_free_steps = false;  // user constraints act between the passes
   const SolverSpec& solver = model.scene.solver;
   const std::size_t substeps = solver.substeps, iterations = substeps * solver.iterations;
   const auto line = [&all](const std::string& pass, std::size_t launches) {
     if (launches == 0) return;
-    const auto same = std::find_if(all.begin(), all.end(), [&](const PassOfAStep& had) { return had.name == pass; });
-    if (same != all.end())  // Desbrun's method corrects twice
+    const auto same = std::find_if(all.begin(), all.end(), [&](const StepPass& had) { return had.name == pass; });
+    if (same != all.end())  // Desbrun's method has two corrections
       same->launches += launches;
     else
       all.push_back({pass, launches});
@@ -60,22 +63,23 @@ std::vector<PassOfAStep> passes_of_a_step(const Model& model, const SolverStats&
   const std::size_t visits = iterations * visits_of(facts.patches.phases).size();
   const std::size_t obstacles = model.environment.size();
   std::size_t moving = 0;
-  for (const MovedPins& pins : model.moved) moving += pins.target.moves() ? 2 : 0;  // placed, and given their velocity
+  for (const MovedPins& pins : model.moved)
+    moving += pins.target.moves() ? 2 : 0;  // one for their positions, one for their velocities
   line("pins", substeps * moving);
   line("damping", model.damped.empty() ? 0 : 4 * substeps);
   line("air", facts.air_particles > 0 ? 2 * substeps : 0);
   list_filter_passes(model, facts, line);
-  // Measured before and after what the visits do, or each iteration's projections; then given back.
-  const bool alone = of_scene.fused;  // but for constraints of the caller's own
+  // Momenta are measured before and after the fused patch solves, or each iteration's projections, and then restored.
+  const bool alone = of_scene.fused;  // user constraints change nothing here
   const std::size_t measured = alone ? (of_scene.whole_steps ? 1 : substeps) : iterations;
   line("correction", model.free.empty() ? 0 : 4 * measured + (alone ? 2 : 4));
   const bool drags = model.scene.wind && model.scene.wind->drag > 0;
   const bool twice =
-      model.scene.wind && facts.filter && !solver.desbrun.filter_external_forces;  // p once more, after the wind
+      model.scene.wind && facts.filter && !solver.desbrun.filter_external_forces;  // another prediction after the wind
   line("prediction", substeps * ((drags ? 1 : 0) + (facts.fused ? 0 : 1) + (twice ? 1 : 0)));
   line("levels", launches_of_levels(model, facts));
-  // Found before the iterations, held back after them, where what nothing else holds is counted; twice a first test.
-  // None without an environment. In flight how much room there is to each object, and to all.
+  // Contacts are detected before the iterations and tunnelling is clamped after them, each after a broad phase. There
+  // are none without an environment. Contact-free steps compute the clearance to each object, and to all.
   line("collision",
        (obstacles > 0 ? substeps * (6 * obstacles + 2) : 0) + (facts.contact_free_steps ? obstacles + 1 : 0));
   line("fused_solve", facts.fused ? visits : 0);
@@ -83,24 +87,26 @@ std::vector<PassOfAStep> passes_of_a_step(const Model& model, const SolverStats&
   line("pressure", substeps * facts.pressure_starts + iterations * facts.pressure_launches);
   line("long_range", facts.long_range > 0 ? iterations : 0);
   line("attachments", iterations * model.attached.size());
-  // Resolved, and restitution, which without any still stops; what it carries back is counted and held.
+  // Contacts are solved in each iteration and restitution acts in each substep; a restitution of 0 still stops the
+  // approach. Motion by restitution is clamped against tunnelling, too.
   const bool bounces =
       std::ranges::any_of(model.environment, [](const EnvironmentMesh& mesh) { return mesh.spec.restitution > 0; });
   line("contact", (iterations + substeps) * obstacles + (bounces ? 3 * substeps : 0));
-  std::size_t own_launches = 0;  // gathered where the substep began, then there and back, and scattered
+  std::size_t own_launches = 0;  // one gather at the start of a substep, batches in a symmetric sweep, and a scatter
   for (const UserConstraintStats& own : facts.own)
     own_launches += substeps + 2 * iterations * static_cast<std::size_t>(std::max(2 * own.batches - 2, 1));
   line("user_constraints", own_launches);
   if (facts.self)
     all.push_back(
-        {"self-collision", 9 * substeps + 2 * iterations, ", and more where pairs are near or are searched for", true});
-  if (facts.edges) all.push_back({"edges", 10 * substeps, ", and more where pairs are near", true});
-  line("state", (facts.fused ? 0 : substeps) + (bounces ? substeps : 0));  // what bounced arrives
+        {"self-collision", 9 * substeps + 2 * iterations, "at least; more where pairs are near or searched for"});
+  if (facts.edges) all.push_back({"edges", 10 * substeps, "at least; more where pairs are near"});
+  line("state",
+       (facts.fused ? 0 : substeps) + (bounces ? substeps : 0));  // restitution moves particles after the update
   line("tearing", tears(model.scene) ? 1 : 0);
-  line("sleep", model.scene.sleep ? 1 : 0);  // asleep, a step is none of all these
+  line("sleep", model.scene.sleep ? 1 : 0);  // a sleeping scene launches none of these
   if (facts.contact_free_steps)
-    all.push_back({"while nothing comes near the environment", 2 * obstacles + 1 + visits,
-                   ", of collision and of visits, and none between them"});
+    all.push_back(
+        {"while nothing comes near the environment", 2 * obstacles + 1 + visits, "collision and patch solves alone"});
   return all;
 }
 

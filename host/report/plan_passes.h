@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a step would launch, pass by pass.
+// Launches of a step by pass, predicted before it runs.
 #pragma once
 #include <cstddef>
 #include <string>
@@ -10,17 +10,16 @@
 
 namespace malha {
 
-struct PassOfAStep {
+struct StepPass {
   std::string name;
   std::size_t launches = 0;
-  std::string remark = {};  // what is launched beside them, for people; may be empty
-  bool at_least = false;
+  std::string remark = {};  // which further launches there may be, in words; may be empty
 };
 
-/// Those that exist in this scene, in the order of a step.
-std::vector<PassOfAStep> passes_of_a_step(const Model& model, const SolverStats& facts);
+/// Returns the passes of this scene in the order of a step.
+std::vector<StepPass> step_passes(const Model& model, const SolverStats& facts);
 
-/// Particles.
+/// Returns the number of particles that are pinned at the start.
 std::size_t pinned_at_start(const Model& model);
 
 }  // namespace malha

@@ -31,7 +31,7 @@ std::string cpu_name() {
   return "unknown";
 }
 
-Json by_name(const Parts& parts) {
+Json by_name(const NamedNumbers& parts) {
   Json json;
   for (const auto& [name, value] : parts) json[name] = value;
   return json;
@@ -167,15 +167,15 @@ Json measured(const Measures& m, const Scene& scene, const SolverStats& facts, c
 
 double median_step_ms(const RunTimes& times) { return times.steps.median() * 1000; }
 
-Parts setup_parts(const Model& model, const SolverStats& facts) {
+NamedNumbers setup_parts(const Model& model, const SolverStats& facts) {
   const ModelSeconds& of = model.seconds;
-  Parts parts{{"load", of.load},
-              {"order", of.order},
-              {"build_constraints", of.connect},
-              {"patches", of.patches},
-              {"colour", facts.colour_seconds},
-              {"layout", facts.layout_seconds},
-              {"collision", facts.collision_seconds}};
+  NamedNumbers parts{{"load", of.load},
+                     {"order", of.order},
+                     {"build_constraints", of.connect},
+                     {"patches", of.patches},
+                     {"colour", facts.colour_seconds},
+                     {"layout", facts.layout_seconds},
+                     {"collision", facts.collision_seconds}};
   if (!facts.levels.empty()) parts.emplace_back("levels", facts.level_seconds);
   if (facts.filter) {
     parts.emplace_back("filter_order", facts.filter->order_seconds);
@@ -191,16 +191,16 @@ double peak_memory_mib() {
   return usage.ru_maxrss / 1024.0;
 }
 
-Parts memory_parts(const Model& model, const SolverStats& facts) {
+NamedNumbers memory_parts(const Model& model, const SolverStats& facts) {
   const auto number = [](std::size_t bytes) { return static_cast<double>(bytes); };
-  Parts parts{{"particles", number(facts.particle_bytes)},
-              {"constraints", number(facts.constraint_bytes + facts.long_range_bytes)},
-              {"air", number(facts.air_bytes)},
-              {"patches", number(facts.patches.bytes)},
-              {"springs", number(facts.spring_bytes)},
-              {"filter", number(facts.filter ? facts.filter->bytes : 0)},
-              {"collision", number(facts.collision_bytes)},
-              {"model", number(bytes(model))}};
+  NamedNumbers parts{{"particles", number(facts.particle_bytes)},
+                     {"constraints", number(facts.constraint_bytes + facts.long_range_bytes)},
+                     {"air", number(facts.air_bytes)},
+                     {"patches", number(facts.patches.bytes)},
+                     {"springs", number(facts.spring_bytes)},
+                     {"filter", number(facts.filter ? facts.filter->bytes : 0)},
+                     {"collision", number(facts.collision_bytes)},
+                     {"model", number(bytes(model))}};
   if (!facts.levels.empty()) parts.emplace_back("levels", number(facts.level_bytes));
   return parts;
 }
@@ -274,7 +274,7 @@ std::string report_json(const std::string& status, const std::vector<std::string
                                  {"substeps_truncated", edges->held}};
   json["zero_area_faces_dropped"] = model.zero_area_faces;
   json["setup_s"] = by_name(setup_parts(model, facts));
-  // Sums over some of them: everything before the solver, and the constraints' share of colour and layout.
+  // Sums over some parts: everything before the solver, and the constraints' share of colour and layout.
   json["setup_s"]["model"] = times.model_seconds;
   json["setup_s"]["constraints"] = facts.constraint_seconds;
   json["setup_s"]["total"] = times.model_seconds + times.solver_seconds;
@@ -287,7 +287,7 @@ std::string report_json(const std::string& status, const std::vector<std::string
   json["step"] = solver.steps();
   if (status != "diverged") {
     const std::vector<Vec3> x = solver.positions();
-    if (const std::string coarse = coarse_resolution(model, x); !coarse.empty()) json["notes"].push_back(coarse);
+    if (const std::string coarse = resolution_warning(model, x); !coarse.empty()) json["notes"].push_back(coarse);
     json["resolution"] = precision_of_positions(model, x);
     json["state"] = measured(solver.measure(), scene, facts, times);
     if (const auto sleep = solver.sleep()) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// report.json: what was run, on what, how fast and how well.
+// The report of a run, report.json: input, machine, times, memory and measured state.
 #pragma once
 #include <string>
 #include <utility>
@@ -13,40 +13,40 @@
 namespace malha {
 
 struct RunTimes {
-  double model_seconds = 0, solver_seconds = 0;  // set-up
-  StepStatistics steps;                          // how long each took
+  double model_seconds = 0, solver_seconds = 0;  // parts of set-up
+  StepStatistics steps;                          // durations of the steps
   int steps_alone = 0;                           // steps on one thread of several (see ThreadChoice)
-  int splits = 0, layouts = 0;                   // vertices that tore, and how often all was laid out anew for them
-  double layout_seconds = 0;                     // spent on that
-  std::int64_t most_crossings = 0;               // at any of the times that they were counted
-  std::int64_t crossings_counted = 0;            // how often
-  LargestStrains strains;                        // of the steps since this part of the run began
-  std::vector<Launches> launches;                // of the first step, in the order in which kernels came
+  int splits = 0, layouts = 0;                   // split vertices, and how often the solver was rebuilt for them
+  double layout_seconds = 0;                     // time of these rebuilds
+  std::int64_t most_crossings = 0;               // the largest count of all checks
+  std::int64_t crossings_counted = 0;            // number of checks
+  LargestStrains strains;                        // of the steps since this run started or was resumed
+  std::vector<Launches> launches;                // of the first step, by kernel in the order of their first launches
 };
 
-/// ms; 0 without steps.
+/// Returns the median duration of a step, ms; 0 without steps.
 double median_step_ms(const RunTimes& times);
 
-/// Numbers with their names, in the order in which they are shown.
-using Parts = std::vector<std::pair<std::string, double>>;
+/// Numbers with names, in the order in which they are shown.
+using NamedNumbers = std::vector<std::pair<std::string, double>>;
 
-/// What set-up spent its time on, s. One after the other: load, order, connect, patches, colour, layout, collision, and
-/// levels where there are any.
-Parts setup_parts(const Model& model, const SolverStats& facts);
+/// Returns the durations (s) of the parts of set-up: load, order, build_constraints, patches, colour, layout,
+/// collision, and levels and filter where there are any.
+NamedNumbers setup_parts(const Model& model, const SolverStats& facts);
 
-/// What takes up how many bytes: particles, constraints, patches (with the memories that visits work in), collision
-/// without Embree's own, the model, and levels where there are any.
-Parts memory_parts(const Model& model, const SolverStats& facts);
+/// Returns memory by owner, in bytes: particles, constraints, patches (with the fast memory of patch solves), collision
+/// without Embree's own memory, the model, and levels where there are any.
+NamedNumbers memory_parts(const Model& model, const SolverStats& facts);
 
-/// The most memory that this process has held, MiB.
+/// Returns the peak resident memory of this process, MiB.
 double peak_memory_mib();
 
-/// What the report says of the present state, as JSON.
+/// Returns the report's measures of the present state as JSON.
 std::string measures_json(const Model& model, const Solver& solver, const RunTimes& times);
 
-/// JSON with snake_case names and the unit as suffix. `status`: "finished", "interrupted" or "diverged"; a diverged
-/// state is not measured. `input` holds the scene, every value spelled out, with paths that start from `folder`, where
-/// the report will lie. `notes`: where it diverged, or which expectations are not met.
+/// Returns the report as JSON with snake_case names and units as suffixes. `status`: "finished", "interrupted" or
+/// "diverged"; a diverged state is not measured. `input` holds the scene with every value spelled out, and with paths
+/// relative to `folder`, where the report will lie. `notes`: where the run diverged, or which expectations are not met.
 std::string report_json(const std::string& status, const std::vector<std::string>& notes, const Model& model,
                         const Solver& solver, int threads, const RunTimes& times, const std::string& folder);
 

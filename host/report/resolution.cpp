@@ -49,10 +49,10 @@ std::string metres(double a) {
   return text;
 }
 
-/// Whether what acts knows places only as the precision rounds them: contacts with the environment, and Desbrun's
-/// method. PBD moves displacements and carries on what a place loses, so that a hung cloth at 10 km is 3e-6 m from
-/// where double has it; self-collision tells places from an origin of its own, near the bodies.
-bool acts_on_rounded_places(const Scene& scene) { return scene.solver.type != "pbd" || !scene.environment.empty(); }
+/// Returns whether the solver uses positions as the precision rounds them: in contacts with the environment, and in
+/// Desbrun's method. PBD computes displacements and keeps the rounding remainders of positions, so that a hanging cloth
+/// at 10 km differs by 3e-6 m from double precision; self-collision measures positions from an origin near the bodies.
+bool uses_rounded_positions(const Scene& scene) { return scene.solver.type != "pbd" || !scene.environment.empty(); }
 
 }  // namespace
 
@@ -62,14 +62,14 @@ Resolution resolution(const Model& model, const std::vector<Vec3>& x) {
   return {farthest, twice ? spacing_at<double>(farthest) : spacing_at<float>(farthest), shortest_edge(model.look)};
 }
 
-std::string coarse_resolution(const Model& model, const std::vector<Vec3>& x) {
+std::string resolution_warning(const Model& model, const std::vector<Vec3>& x) {
   const Resolution found = resolution(model, x);
   const Scene& scene = model.scene;
-  if (!(found.strain() > 1e-3) || !acts_on_rounded_places(scene)) return "";
+  if (!(found.strain() > 1e-3) || !uses_rounded_positions(scene)) return "";
   const bool twice = scene.solver.precision == Precision::Double;
   return std::string(twice ? "double" : "float") + " resolves " + metres(found.spacing) + " at " +
          metres(found.farthest) + " from the origin, where the shortest edge is " + metres(found.edge) + " long: " +
-         (scene.solver.type == "pbd" ? "contacts with the environment are no finer"
+         (scene.solver.type == "pbd" ? "contacts with the environment are no more accurate"
                                      : "every rounding may strain it by " + shown(found.strain(), 2)) +
          (twice ? "; move the scene to the origin"
                 : "; take \"precision\": \"double\" or move the scene to the origin");

@@ -14,9 +14,9 @@ namespace malha {
 
 namespace {
 
-/// sum w |grad C|^2 / alpha of a constraint at rest, 1/s^2; 0 of one that nothing can move.
+/// Returns sum w |grad C|^2 / alpha of a constraint at rest, 1/s^2; 0 if none of its particles can move.
 template <class Kind>
-double rate2(const Model& model, const ConstraintSet& set, int c) {
+double squared_rate(const Model& model, const ConstraintSet& set, int c) {
   constexpr int n = Kind::particles;
   const int* of = &set.particles[std::size_t(c) * n];
   double rest[Kind::numbers], scale = 0, sum = 0;
@@ -28,20 +28,21 @@ double rate2(const Model& model, const ConstraintSet& set, int c) {
   return sum > 0 && scale > 0 ? sum / (set.alpha(c) * scale * scale) : 0;
 }
 
-/// The share of s by which a sheet gives way.
+/// Returns the share of s by which a sheet deforms too much.
 template <class Kind>
-constexpr double part_of() {
+constexpr double share_of_s() {
   return Kind::element == Element::WingedTriangles ? 0.7 : Kind::element == Element::Edges ? 0.6 : 0.5;
 }
 
 template <class Kind>
-constexpr bool softens() {
+constexpr bool is_judged() {
   return Kind::element == Element::Hinges || Kind::element == Element::WingedTriangles ||
          Kind::element == Element::Triangles || std::is_same_v<Kind, Distance>;
 }
 
-/// The bodies that a pressure of finite compliance blows up: it and their skin come to a balance of two materials.
-std::vector<bool> blown_up(const Model& model) {
+/// Returns the bodies that a pressure of finite compliance inflates, so that pressure and skin balance as two
+/// materials.
+std::vector<bool> inflated_bodies(const Model& model) {
   std::vector<bool> of(model.scene.bodies.size(), false);
   for (const PressureSet& set : model.pressures)
     if (set.compliance.value_or(0) > 0 && set.volume_ratio > 1)
@@ -58,24 +59,24 @@ Softening worst_softening(const Model& model) {
   const double h = solver.dt / solver.substeps, n = solver.iterations;
   struct Sheet {
     std::vector<double> shares;
-    std::string type;  // of most of them: rims of plates are hinges
+    std::string type;  // the most frequent type, because edges on the boundary of plates are hinges
     int most = 0;
   };
-  std::map<std::pair<int, bool>, Sheet> sheets;  // of each body what stretches, and what bends
-  const std::vector<bool> is_blown_up = blown_up(model);
+  std::map<std::pair<int, bool>, Sheet> sheets;  // two for each body: constraints that stretch, and those that bend
+  const std::vector<bool> is_inflated = inflated_bodies(model);
   for (const ConstraintSet& set : model.sets)
     with_kind(set.type, [&]<class Kind>(Kind) {
-      if constexpr (softens<Kind>()) {
+      if constexpr (is_judged<Kind>()) {
         if (!(set.compliance.value_or(0) > 0)) return;
         std::map<int, int> count;
         for (int c = 0; c < set.count(); ++c) {
-          const double rate = rate2<Kind>(model, set, c);
+          const double rate = squared_rate<Kind>(model, set, c);
           if (!(rate > 0)) continue;
           const int body = body_of(model, model.user_index[set.particles[std::size_t(c) * Kind::particles]]);
           constexpr bool is_length = Kind::element == Element::Edges;
-          if (is_length && !is_blown_up[body]) continue;  // as stiff as the steps allow, more often than not
+          if (is_length && !is_inflated[body]) continue;  // usually meant to be as stiff as the steps allow
           Sheet& sheet = sheets[{body, is_length || Kind::element == Element::Triangles}];
-          sheet.shares.push_back(h * h * rate * part_of<Kind>() / (n * n));
+          sheet.shares.push_back(h * h * rate * share_of_s<Kind>() / (n * n));
           if (++count[body] > sheet.most) sheet.most = count[body], sheet.type = set.type;
         }
       }

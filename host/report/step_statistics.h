@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The times of the steps of a run, in memory that does not grow with them.
+// Statistics of the durations of steps, in constant memory.
 #pragma once
 #include <algorithm>
 #include <cstddef>
@@ -21,11 +21,11 @@ class StepStatistics {
   }
 
   std::int64_t count() const { return count_; }
-  double sum() const { return sum_; }  ///< s, as the others; 0 of none
+  double sum() const { return sum_; }  ///< s, as the others; 0 without steps
   double least() const { return least_; }
   double most() const { return most_; }
   double last() const { return last_; }
-  /// Of all steps, or of every second, fourth ... where they are many.
+  /// The median of all steps, or of every second, fourth ... step of long runs.
   double median() const { return malha::median(sample_); }
   std::size_t bytes() const { return sample_.capacity() * sizeof(double); }
 
@@ -39,7 +39,7 @@ class StepStatistics {
 
   std::int64_t count_ = 0, every_ = 1;
   double sum_ = 0, least_ = 0, most_ = 0, last_ = 0;
-  std::vector<double> sample_;  // of every so many-th step
+  std::vector<double> sample_;  // durations of every `every_`-th step
 };
 
 }  // namespace malha

@@ -14,30 +14,32 @@ namespace malha {
 
 namespace {
 
-// Where the study's trials turn from right to wrong.
-constexpr double kSag = 0.5;           // strain of what swings
+// Boundaries at which the trials of the study turn from right to wrong.
+constexpr double kSag = 0.5;           // strain while swinging
 constexpr double kPaperTorque = 0.01;  // k h^2 / m
 constexpr double kOffTorque = 0.2;     // k h^2 / m, for each solve of a substep
 constexpr double kPinnedFall = 0.4;    // g h^2 / l
-constexpr double kDamping = 0.2;       // of the critical
-// Of cells a substep over the root of its iterations, by which nine beams under their weight sink too far: -4 to 10 %
-// with one iteration and up to 22 % with more; 31 to 77 % at 0.4.
-constexpr double kWave = 0.25;
-constexpr double kSlowWave = 0.2;  // -2 to 5 %, up to 9 %
-constexpr double kGive = 0.2;      // of what a material of tetrahedra gives way, because of its Poisson's ratio
-constexpr double kLessGive = 0.1;
-constexpr double kSoft = 0.1;  // of what a sheet gives way
-constexpr double kLessSoft = 0.08;
+constexpr double kDamping = 0.2;       // ratio to critical damping
+// Cells that a shear wave travels in a substep over the root of the iterations. At 0.25, nine beams sag under their
+// weight by -4 to 10 % too far with one iteration and by up to 22 % with more; at 0.4, by 31 to 77 %.
+constexpr double kShearWave = 0.25;
+constexpr double kAdvisedShearWave = 0.2;  // here they sag by -2 to 5 % too far, and up to 9 % with more iterations
+constexpr double kVolumeSoftening = 0.2;   // excess deformation of tetrahedra because of Poisson's ratio
+constexpr double kAdvisedVolumeSoftening = 0.1;
+constexpr double kSoftening = 0.1;  // excess deformation of a sheet
+constexpr double kAdvisedSoftening = 0.08;
 constexpr double kEdgesOfAFold = 2;  // a clamped strip's drop over reach is then right within some per cent
-constexpr double kHeavy = 10;        // of masses: let down from 24 mm on a block of 0.2 m, a block walks off by 0.08 m
-constexpr int kLayers = 8;  // substeps, with which layers slide by Coulomb's law within 7 % (0.35 on 20 degrees)
+constexpr double kMassRatio =
+    10;  // dropped from 24 mm on a block of 0.2 m, a block of this mass ratio drifts by 0.08 m
+constexpr int kSubstepsOfLayers =
+    8;  // substeps, with which layers slide by Coulomb's law within 7 % (0.35 on 20 degrees)
 
 double percent(double part) { return std::round(100 * part); }
 
-/// "malha study stability" and its chart.
+/// The reference to a chart of `malha study stability`.
 std::string shown_by(const char* chart) { return std::string(" (malha study stability, chart ") + chart + ")"; }
 
-/// What would damp less: as few more substeps or refinements as that takes, where they are not too many.
+/// The advice against damping: the fewest substeps or refinements that suffice, where they are not too many.
 std::string less_damped(const Model& model, const Swing& swing) {
   constexpr double most_substeps = 1024, most_refine = 16;
   const double substeps = std::ceil(model.scene.solver.substeps * swing.damping / kDamping);
@@ -55,76 +57,75 @@ std::vector<std::string> warnings(const Model& model) {
   std::vector<std::string> lines = model.notes;
   const Scene& scene = model.scene;
   const SolverSpec& solver = scene.solver;
-  if (const std::string coarse = coarse_resolution(model, model.look.points); !coarse.empty())
+  if (const std::string coarse = resolution_warning(model, model.look.points); !coarse.empty())
     lines.push_back(coarse + shown_by("distance"));
   if (const Sag sag = worst_sag(model); sag.swinging > kSag)
     lines.push_back("body '" + scene.bodies[sag.body].name + "': with " + counted(solver.substeps, "substep") + " of " +
-                    counted(solver.iterations, "iteration") + " what is next to its pins stretches by some " +
-                    shown(percent(sag.strain)) + " % under its weight, and up to " + shown(percent(sag.swinging)) +
-                    " % where it swings; take " +
+                    counted(solver.iterations, "iteration") + " the constraints next to its pins stretch by some " +
+                    shown(percent(sag.strain)) + " % under its weight, and by up to " + shown(percent(sag.swinging)) +
+                    " % while it swings; take " +
                     (sag.swinging * sag.stiffness <= kSag
                          ? "a \"compliance\" instead of its \"stiffness\"" + shown_by("stiffness")
-                         : (sag.auto_level_threshold ? "\"levels\": \"auto\", or " : "") +
+                         : (sag.auto_levels_act ? "\"levels\": \"auto\", or " : "") +
                                shown(std::ceil(solver.substeps * std::sqrt(sag.swinging / kSag))) +
                                " substeps or more, or \"long_range\"" +
                                shown_by(sag.of_faces ? "resolution" : "masses")));
-  if (const Wave wave = fastest_wave(model); wave.cells > kWave)
-    lines.push_back("body '" + scene.bodies[wave.body].name + "': a shear wave gets through " +
+  if (const ShearWave wave = fastest_shear_wave(model); wave.cells > kShearWave)
+    lines.push_back("body '" + scene.bodies[wave.body].name + "': a shear wave travels through " +
                     shown(two_digits(wave.cells * std::sqrt(solver.iterations))) + " of its cells in a substep of " +
                     counted(solver.iterations, "iteration") +
-                    ", and its material will be softer than asked for, by more "
+                    ", and its material will be softer than specified, by more "
                     "than a tenth beyond " +
-                    shown(two_digits(kWave * std::sqrt(solver.iterations))) + "; take " +
-                    shown(std::ceil(solver.substeps * wave.cells / kSlowWave)) +
+                    shown(two_digits(kShearWave * std::sqrt(solver.iterations))) + "; take " +
+                    shown(std::ceil(solver.substeps * wave.cells / kAdvisedShearWave)) +
                     " substeps (scenes/README.md, Tetrahedra)");
-  else if (const Give give = most_given(model); give.share > kGive)
-    lines.push_back("body '" + scene.bodies[give.body].name + "': with " + counted(solver.substeps, "substep") +
-                    " of " + counted(solver.iterations, "iteration") + " its material of \"poisson_ratio\" " +
-                    shown(give.poisson_ratio) + " gives way by some " + shown(two_digits(100 * give.share)) +
-                    " % more than asked for; take " +
-                    shown(std::ceil(solver.substeps * std::sqrt(give.share / (1 - give.share / 4) / kLessGive))) +
-                    " substeps, or a smaller \"poisson_ratio\" (scenes/accuracy.md, Tetrahedra)");
-  if (const Softening soft = worst_softening(model); soft.share > kSoft)
+  else if (const VolumeSoftening volume = worst_volume_softening(model); volume.share > kVolumeSoftening)
+    lines.push_back(
+        "body '" + scene.bodies[volume.body].name + "': with " + counted(solver.substeps, "substep") + " of " +
+        counted(solver.iterations, "iteration") + " its material of \"poisson_ratio\" " + shown(volume.poisson_ratio) +
+        " deforms by some " + shown(two_digits(100 * volume.share)) + " % more than specified; take " +
+        shown(std::ceil(solver.substeps * std::sqrt(volume.share / (1 - volume.share / 4) / kAdvisedVolumeSoftening))) +
+        " substeps, or a smaller \"poisson_ratio\" (scenes/accuracy.md, Tetrahedra)");
+  if (const Softening soft = worst_softening(model); soft.share > kSoftening)
     lines.push_back("body '" + scene.bodies[soft.body].name + "': with " + counted(solver.substeps, "substep") +
-                    " of " + counted(solver.iterations, "iteration") + " its \"" + soft.type + "\" gives way " +
-                    (soft.share < 1 ? "by some " + shown(two_digits(100 * soft.share)) + " % more than asked for"
-                                    : "some " + shown(two_digits(1 + soft.share)) + " times as far as asked for") +
-                    "; take " + shown(std::ceil(solver.substeps * std::sqrt(soft.share / kLessSoft))) +
+                    " of " + counted(solver.iterations, "iteration") + " its \"" + soft.type + "\" deforms " +
+                    (soft.share < 1 ? "by some " + shown(two_digits(100 * soft.share)) + " % more than specified"
+                                    : "some " + shown(two_digits(1 + soft.share)) + " times as much as specified") +
+                    "; take " + shown(std::ceil(solver.substeps * std::sqrt(soft.share / kAdvisedSoftening))) +
                     " substeps, or a softer material (scenes/README.md, materials)");
   if (const HangingFold fold = sharpest_fold(model); fold.spacing > 0 && fold.edges() < kEdgesOfAFold)
-    lines.push_back("body '" + scene.bodies[fold.body].name + "': where it is held its weight folds it over " +
-                    shown(two_digits(fold.length)) + " m, which is " + shown(two_digits(fold.edges())) +
-                    " of its edges there, and it will hang otherwise than its material does; take edges of " +
+    lines.push_back("body '" + scene.bodies[fold.body].name + "': next to its clamp or pins its weight bends it over " +
+                    shown(two_digits(fold.length)) + " m, which spans " + shown(two_digits(fold.edges())) +
+                    " of its edges, too few for its material; take edges of " +
                     shown(two_digits(fold.length / kEdgesOfAFold)) +
                     " m there, or stiffer bending (scenes/accuracy.md, Materials)");
-  if (scene.self_collision && solver.substeps < kLayers)
+  if (scene.self_collision && solver.substeps < kSubstepsOfLayers)
     lines.push_back(
         "with " + counted(solver.substeps, "substep") +
-        " layers in self-contact slide otherwise than by Coulomb's law, by tens of per cent with one or two; "
+        " friction between layers in self-contact deviates from Coulomb's law, by tens of per cent with one or two; "
         "take " +
-        shown(kLayers) + " or more (scenes/README.md, Self-collision)");
-  if (const HeavyOnLight pair = worst_heavy_on_light(model); pair.ratio >= kHeavy)
+        shown(kSubstepsOfLayers) + " or more (scenes/README.md, Self-collision)");
+  if (const HeavyOnLight pair = worst_heavy_on_light(model); pair.ratio >= kMassRatio)
     lines.push_back(
         "body '" + scene.bodies[pair.heavy].name + "' falls on body '" + scene.bodies[pair.light].name +
-        "' and weighs " + shown(two_digits(pair.ratio)) + " times as much; from " + shown(kHeavy) +
-        " times on, where nothing damps its bouncing, it walks off; lay it on, or give \"wind\" a \"drag\" of " +
+        "' and weighs " + shown(two_digits(pair.ratio)) + " times as much; from a ratio of " + shown(kMassRatio) +
+        " on, undamped bounces make it drift off sideways; lay it on without a fall, or give \"wind\" a \"drag\" of " +
         shown(two_digits(pair.drag)) + " N s/m (scenes/accuracy.md, Rest, weights and distance)");
   if (solver.type != "desbrun") return lines;
   const DesbrunSpec& spec = solver.desbrun;
   const Corrector corrector = spec.corrects();
   const double most = corrector == Corrector::Paper ? kPaperTorque : kOffTorque * (1 + spec.refinement_iterations);
-  if (const double k = corrector != Corrector::Inertia ? free_stiffness(model) : 0; k > most)
-    lines.push_back(
-        "k h^2 / m is up to " + shown(k) + " on free bodies, and above " + shown(most) + " corrector \"" +
-        (corrector == Corrector::Paper ? "paper\" adds angular momentum" : "off\" takes their rotation away") +
-        "; take \"corrector\": \"inertia\" or more substeps" + shown_by("torque"));
-  if (const double fallen = spec.filter_external_forces ? 0 : pinned_fall(model); fallen > kPinnedFall)
+  if (const double k = corrector != Corrector::Inertia ? max_free_stiffness(model) : 0; k > most)
+    lines.push_back("k h^2 / m is up to " + shown(k) + " on free bodies; above " + shown(most) + " the corrector \"" +
+                    (corrector == Corrector::Paper ? "paper\" adds angular momentum" : "off\" damps their rotation") +
+                    "; take \"corrector\": \"inertia\" or more substeps" + shown_by("torque"));
+  if (const double fallen = spec.filter_external_forces ? 0 : pinned_spring_strain(model); fallen > kPinnedFall)
     lines.push_back("\"filter_external_forces\": false leaves springs next to pins some " + shown(percent(fallen)) +
-                    " % too long; filter all, or take more substeps" + shown_by("weight"));
+                    " % too long; set it to true, or take more substeps" + shown_by("weight"));
   if (const Swing swing = most_damped_swing(model); swing.damping > kDamping)
-    lines.push_back("body '" + scene.bodies[swing.body].name + "': the filter damps its swinging about its pins, by " +
-                    shown(two_digits(swing.damping)) + " times what is critical; take " + less_damped(model, swing) +
-                    shown_by("turning"));
+    lines.push_back("body '" + scene.bodies[swing.body].name + "': the filter damps its swinging about its pins with " +
+                    shown(two_digits(swing.damping)) + " times the critical damping; take " +
+                    less_damped(model, swing) + shown_by("turning"));
   return lines;
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Settings that lie beyond a boundary where a method is known to fail, said before a scene runs. Each line names the
-// chart of `malha study stability`, or the page, that shows the boundary.
+// Warnings of settings beyond a known failure boundary of a method, before a scene runs. Each line names the chart of
+// `malha study stability`, or the page, that shows the boundary.
 #pragma once
 #include <string>
 #include <vector>
@@ -9,8 +9,8 @@
 
 namespace malha {
 
-/// Lines for people; none: no known boundary is crossed. Takes a look or two at each constraint. `model`: of a
-/// scene at its start, or what a Simulation keeps of it.
+/// Returns one warning a line; none if no known boundary is crossed. It passes over all constraints once or twice.
+/// `model`: of a scene at its start, or the one that a Simulation keeps.
 std::vector<std::string> warnings(const Model& model);
 
 }  // namespace malha

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A simulated time is whole steps.
+// Conversion of simulated times to whole steps.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -10,13 +10,14 @@
 
 namespace malha {
 
-/// Of so many seconds in steps of dt: the nearest number, at least one.
+/// Returns the number of steps of `dt` nearest to this time, at least one.
 inline std::int64_t whole_steps(double seconds, double dt) {
   return std::max<std::int64_t>(1, std::llround(seconds / dt));
 }
 
-/// What a person is told where that is another time: "NAME, 0.5 s, is 1.66667 steps of 0.3 s: 2 are run, to 0.6 s".
-/// Empty where it differs by under 1 % of a step, or in the sixth digit: a step of 1/60 s is often written with six.
+/// Returns the message where rounding to whole steps changes a time: "NAME, 0.5 s, is 1.66667 steps of 0.3 s: 2 are
+/// run, to 0.6 s". It is empty where the times differ by less than 1 % of a step, or in the sixth digit, because a step
+/// of 1/60 s is often written with six.
 inline std::string rounding_of(const std::string& name, double seconds, double dt) {
   const auto steps = static_cast<double>(whole_steps(seconds, dt));
   if (std::abs(steps * dt - seconds) < std::max(0.01 * dt, 1e-5 * seconds)) return "";

@@ -14,7 +14,7 @@ namespace malha {
 
 namespace {
 
-constexpr char kMagic[] = "malha checkpoint 7\n";  // its size keeps what follows readable in a hex dump
+constexpr char kMagic[] = "malha checkpoint 7\n";  // its size aligns the rest for a hex dump
 
 struct Header {
   std::uint64_t scene, state;  // hashes
@@ -41,11 +41,12 @@ std::uint64_t scene_hash(const Model& model) {
   for (EnvironmentSpec& environment : scene.environment) forget_folder(environment.shape);
   const std::string json = to_json(scene);
   std::uint64_t hash = hash_bytes(json.data(), json.size());
-  // Points, and what hangs on them, stand for the mesh files' contents.
+  // Points and constraints stand for the contents of the mesh files.
   hash = hash_values(model.x, hash);
   for (const ConstraintSet& set : model.sets) hash = hash_values(set.particles, hash);
   for (const PressureSet& set : model.pressures) hash = hash_values(set.triangles, hash);
-  for (const FileVertices& file : model.look.vertices) hash = hash_values(file.point, hash);  // pins name vertices
+  for (const FileVertices& file : model.look.vertices)
+    hash = hash_values(file.point, hash);  // pins are given by vertices
   for (const EnvironmentMesh& mesh : model.environment)
     hash = hash_values(mesh.mesh.faces, hash_values(mesh.mesh.points, hash));
   return hash;
@@ -77,7 +78,7 @@ Checkpoint read_checkpoint(const std::string& path, std::uint64_t scene) {
   if (!own || bytes.size() < magic + sizeof header)
     refuse(path, "byte 0", "no checkpoint", "a file that malha run wrote");
   std::memcpy(&header, bytes.data() + magic, sizeof header);
-  bytes.erase(0, magic + sizeof header);  // in place: a state may be half of what the memory holds
+  bytes.erase(0, magic + sizeof header);  // in place, because a state may occupy half of the memory
   const Checkpoint checkpoint{std::move(bytes), header.frames, header.crossings, header.counted};
   if (header.state != hash_state(checkpoint))
     refuse(path, "byte " + std::to_string(magic), "a damaged checkpoint", "one whose bytes match their hash");
@@ -87,25 +88,25 @@ Checkpoint read_checkpoint(const std::string& path, std::uint64_t scene) {
   const auto check = [&](const char* what, std::int64_t count) {
     if (count < 0) refuse(path, what, std::to_string(count), "a whole number >= 0");
   };
-  check("frames", header.frames), check("crossings", header.crossings), check("counts of them", header.counted);
+  check("frames", header.frames), check("crossings", header.crossings), check("crossing checks", header.counted);
   return checkpoint;
 }
 
 namespace {
-constexpr char kStamp[] = "malha state 1\n";
+constexpr char kStateSignature[] = "malha state 1\n";
 }
 
-std::string stamped(const std::string& state, std::uint64_t scene) {
+std::string with_state_header(const std::string& state, std::uint64_t scene) {
   const std::uint64_t hashes[] = {scene, hash_bytes(state.data(), state.size())};
-  return kStamp + std::string(reinterpret_cast<const char*>(hashes), sizeof hashes) + state;
+  return kStateSignature + std::string(reinterpret_cast<const char*>(hashes), sizeof hashes) + state;
 }
 
-std::string unstamped(const std::string& bytes, std::uint64_t scene) {
+std::string without_state_header(const std::string& bytes, std::uint64_t scene) {
   std::uint64_t hashes[2];
-  const std::size_t stamp = sizeof kStamp - 1, head = stamp + sizeof hashes;
-  if (!bytes.starts_with(kStamp) || bytes.size() < head)
-    refuse("state", "", counted(bytes.size(), "byte") + " that are no state", "what state() gave");
-  std::memcpy(hashes, bytes.data() + stamp, sizeof hashes);
+  const std::size_t signature = sizeof kStateSignature - 1, head = signature + sizeof hashes;
+  if (!bytes.starts_with(kStateSignature) || bytes.size() < head)
+    refuse("state", "", counted(bytes.size(), "byte") + " that are no state", "what save_state() returned");
+  std::memcpy(hashes, bytes.data() + signature, sizeof hashes);
   if (hashes[0] != scene) refuse("state", "", "a state of another scene", "one of this scene with the same pins");
   std::string state = bytes.substr(head);
   if (hashes[1] != hash_bytes(state.data(), state.size()))

@@ -22,11 +22,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What a run left, or InputError.
-std::string left_there(const fs::path& path) { return read_input(path, "a folder of results of malha run"); }
+/// Reads a result of a run; throws InputError if it is missing.
+std::string read_result(const fs::path& path) { return read_input(path, "a folder of results of malha run"); }
 
 Scene scene_of_report(const fs::path& path) {
-  const auto report = nlohmann::json::parse(left_there(path), nullptr, false);
+  const auto report = nlohmann::json::parse(read_result(path), nullptr, false);
   const auto input = report.is_object() ? report.find("input") : report.end();
   if (input == report.end() || !input->is_object() || !input->contains("scene"))
     refuse(path.string(), "/input", "no scene", "a report of this version of malha");
@@ -39,11 +39,11 @@ struct FrameFile {
   fs::path path;
 };
 
-/// Those that frames.pvd lists, where there is one.
+/// Returns the frames that frames.pvd lists; none if it is missing.
 std::vector<FrameFile> frames_of(const fs::path& folder) {
   std::vector<FrameFile> frames;
   if (!fs::exists(folder / "frames.pvd")) return frames;
-  const std::string text = left_there(folder / "frames.pvd"), entry = "<DataSet timestep=\"", file = "\" file=\"";
+  const std::string text = read_result(folder / "frames.pvd"), entry = "<DataSet timestep=\"", file = "\" file=\"";
   for (std::size_t at = text.find(entry); at != std::string::npos; at = text.find(entry, at + 1)) {
     double time = 0;
     const char* const from = text.data() + at + entry.size();
@@ -56,7 +56,7 @@ std::vector<FrameFile> frames_of(const fs::path& folder) {
   return frames;
 }
 
-/// So many; none where the bytes are not theirs.
+/// Reads `count` vectors; returns none if the size does not match.
 template <class R>
 std::vector<Vec3> vectors_of(const char* from, std::uint64_t size, std::size_t count) {
   std::vector<Vec3> vectors;
@@ -68,9 +68,9 @@ std::vector<Vec3> vectors_of(const char* from, std::uint64_t size, std::size_t c
   return vectors;
 }
 
-/// The points of a frame as this program writes it; none where they are not `count`.
+/// Reads the points of a .vtp frame that malha wrote; returns none if there are not `count` of them.
 std::vector<Vec3> points_of(const fs::path& path, std::size_t count) {
-  const std::string bytes = left_there(path), start = "<AppendedData encoding=\"raw\">\n_";
+  const std::string bytes = read_result(path), start = "<AppendedData encoding=\"raw\">\n_";
   const std::size_t at = bytes.find(start);
   std::uint64_t size = 0;
   if (at == std::string::npos || bytes.size() - at - start.size() < sizeof size)
@@ -103,11 +103,11 @@ std::string redraw(const std::string& folder, int threads) {
   gallery.finish(simulation.time(), simulation.positions());
   if (last < 1) return "no storyboard: it needs frames for ParaView (malha run --format vtp)";
   for (std::int64_t k = 0; k <= last; ++k) {
-    if (!gallery.wants(k)) continue;
+    if (!gallery.is_due(k)) continue;
     const FrameFile& frame = frames[static_cast<std::size_t>(k)];
-    const std::vector<Vec3> points = vertices.of_particles(points_of(frame.path, vertices.count()));
+    const std::vector<Vec3> points = vertices.particle_positions(points_of(frame.path, vertices.count()));
     if (points.empty()) return "no storyboard: the mesh tore between the frames";
-    gallery.look(k, frame.time, points);
+    gallery.draw_if_due(k, frame.time, points);
   }
   gallery.write_storyboard();
   return "";

@@ -26,18 +26,18 @@ namespace malha {
 
 namespace {
 
-constexpr int kCountEvery = 16;  // steps: crossings are counted whatever is written, at some hundredth of their time
+constexpr int kCountEvery = 16;  // steps between counts of crossings, which take about a hundredth of the time
 
-/// What one run writes while it goes.
-class Outputs {
+/// Writers of the results of one run.
+class RunOutputs {
  public:
-  /// A fresh run replaces what an earlier one left; a resumed one continues after so many frames.
-  Outputs(const Simulation& simulation, const Results& results, std::int64_t last,
-          std::optional<std::int64_t> frames_before, const RunOptions& options, const std::atomic<bool>& stop)
+  /// A new run replaces the results of an earlier one; a resumed run continues after `frames_before` frames.
+  RunOutputs(const Simulation& simulation, const Results& results, std::int64_t last,
+             std::optional<std::int64_t> frames_before, const RunOptions& options, const std::atomic<bool>& stop)
       : simulation_(simulation),
         spec_(simulation.model().scene.outputs),
         results_(results),
-        doing_(options.doing),
+        on_activity_(options.on_activity),
         checkpoint_seconds_(options.checkpoint_seconds),
         stop_(stop),
         frames_(frames_before.value_or(0)) {
@@ -48,68 +48,68 @@ class Outputs {
     if (spec_.page)
       page_.emplace(simulation);
     else
-      std::filesystem::remove(results.page);  // of the part before this one
+      std::filesystem::remove(results.page);  // the page of the run before it was resumed
     if (!frames_before) write_frame();
-    look();
+    draw_picture();
   }
 
   void after_step(double step_ms) {
     write_frame();
-    look();
-    if (page_) page_->look(step_ms);
-    if (saves_) checkpoint();
+    draw_picture();
+    if (page_) page_->add_frame(step_ms);
+    if (saves_checkpoint_) checkpoint();
   }
 
-  /// Whether there is a checkpoint after this step; asked once a step, before after_step().
-  bool saves() { return saves_ = checkpoint_is_due(); }
+  /// Decides whether a checkpoint follows this step; called once a step, before after_step().
+  bool decide_checkpoint() { return saves_checkpoint_ = checkpoint_is_due(); }
 
   void checkpoint() {
-    say("writing a checkpoint");
+    report_activity("writing a checkpoint");
     const double took = seconds([&] { simulation_.save_checkpoint(results_.checkpoint, frames_); });
     pause_ = std::max(checkpoint_seconds_, kPausePerWrite * took), saved_at_ = Clock::now();
   }
 
-  /// And the page, whose last frame is the present state, where that is one.
+  /// Writes the report, and the page, whose last frame is the present state unless the run diverged.
   void report(const std::string& status, const std::vector<std::string>& notes, bool diverged = false) {
-    say("writing the report");
+    report_activity("writing the report");
     const std::string text = report_json(status, notes, simulation_.model(), simulation_.solver(),
                                          simulation_.threads(), simulation_.times(), results_.folder.string());
     write_whole(results_.report, text);
     if (!page_) return;
-    say("writing the page");
+    report_activity("writing the page");
     if (!diverged) page_->finish();
     std::vector<std::string> lines = warnings(simulation_.model());
     lines.insert(lines.end(), notes.begin(), notes.end());
     page_->write(results_.page, text, lines);
   }
 
-  /// What a person should know of the page; "": there is none.
-  std::string of_page() const { return page_ ? "replay      " + page_->kept() + "\n" : ""; }
+  /// The line about the page in the summary; "" without a page.
+  std::string page_summary() const { return page_ ? "replay      " + page_->kept() + "\n" : ""; }
 
   void finish_frames() {
     if (!writer_) return;
-    say("writing the frames");
+    report_activity("writing the frames");
     writer_->finish();
   }
 
   void storyboard() const {
     if (!gallery_) return;
-    say("writing the storyboard");
+    report_activity("writing the storyboard");
     gallery_->write_storyboard();
   }
 
   void picture() const {
     if (!gallery_) return;
-    say("drawing a picture");
+    report_activity("drawing a picture");
     gallery_->finish(simulation_.time(), simulation_.positions());
   }
 
  private:
   using Clock = std::chrono::steady_clock;
-  static constexpr double kPausePerWrite = 100;  // those that nobody asked for take at most 1 % of the time
+  static constexpr double kPausePerWrite = 100;  // checkpoints at default intervals take at most 1 % of the time
 
-  void say(const char* what) const {
-    if (doing_) doing_(what);
+  void report_activity(const char* what) const {
+    if (on_activity_) on_activity_(what);
   }
 
   bool checkpoint_is_due() const {
@@ -128,52 +128,52 @@ class Outputs {
   bool frame_is_due() const { return writer_ && simulation_.steps() % spec_.every == 0; }
   void write_frame() {
     if (!frame_is_due()) return;
-    if (simulation_.tears() != tears_) open_writer();  // the mesh is another one
-    say("writing a frame");
-    writer_->write(simulation_.time(), vertices_->places(simulation_.positions()),
-                   vertices_->velocities(simulation_.velocities()));
+    if (simulation_.tears() != tears_) open_writer();  // a tear has changed the mesh
+    report_activity("writing a frame");
+    writer_->write(simulation_.time(), vertices_->vertex_positions(simulation_.positions()),
+                   vertices_->vertex_velocities(simulation_.velocities()));
     ++frames_;
   }
 
-  void look() {
-    if (!gallery_ || stop_ || !gallery_->wants(simulation_.steps())) return;
-    say("drawing a picture");
-    gallery_->look(simulation_.steps(), simulation_.time(), simulation_.positions());
+  void draw_picture() {
+    if (!gallery_ || stop_ || !gallery_->is_due(simulation_.steps())) return;
+    report_activity("drawing a picture");
+    gallery_->draw_if_due(simulation_.steps(), simulation_.time(), simulation_.positions());
   }
 
   const Simulation& simulation_;
   const OutputSpec& spec_;
   Results results_;
-  const std::function<void(const char*)>& doing_;
-  double checkpoint_seconds_, pause_ = checkpoint_seconds_;  // s of the clock, between checkpoints
+  const std::function<void(const char*)>& on_activity_;
+  double checkpoint_seconds_, pause_ = checkpoint_seconds_;  // s of the clock between checkpoints
   Clock::time_point saved_at_ = Clock::now();
   const std::atomic<bool>& stop_;
-  bool saves_ = false;
+  bool saves_checkpoint_ = false;
   std::int64_t frames_;  // written so far, by this run and those that it resumes
-  int tears_ = 0;        // that the writer knows of
+  int tears_ = 0;        // tears at the last open_writer()
   std::optional<FrameVertices> vertices_;
   std::optional<FrameWriter> writer_;
   std::optional<Gallery> gallery_;
   std::optional<Page> page_;
 };
 
-/// Says what crossed where nothing may; else nothing.
-std::string crossed(const Simulation& simulation) {
+/// Returns a warning if edges crossed triangles where the scene does not allow it; otherwise "".
+std::string crossing_warning(const Simulation& simulation) {
   const Scene& scene = simulation.model().scene;
   const std::int64_t most = simulation.times().most_crossings;
   if (most == 0 || scene.expect.max_crossings || (scene.self_collision && scene.self_collision->ignores_crossings))
     return "";
-  return "collision: " + counted(most, "crossing") +
-         " of edges with triangles at once, of those that were counted; take more substeps, and see "
-         "scenes/accuracy.md for what can cross";
+  return "collision: up to " + counted(most, "crossing") +
+         " of edges with triangles were counted at one time; take more substeps, and see "
+         "scenes/accuracy.md for the collisions that can fail";
 }
 
-/// Says where bodies may have been sent through each other; else nothing.
-std::string driven_through(const Simulation& simulation) {
+/// Returns a warning if kinematic particles may have passed through bodies; otherwise "".
+std::string kinematic_penetration_warning(const Simulation& simulation) {
   const auto& self = simulation.solver().facts().self;
   if (!self || self->driven_through == 0) return "";
   return "self-collision: in " + counted(self->driven_through, "substep") +
-         " what pins or moving objects drove may have gone through a body that could not get out of the way; move them "
+         " pins or moving objects may have passed through a body that could not move out of their way; move them "
          "more slowly, or take more substeps";
 }
 
@@ -216,15 +216,15 @@ RunResult run(const Scene& scene, const SimulationOptions& simulation_options, c
       options.warn(line);
     if (!rounding.empty()) options.warn(rounding);
   }
-  const KeptMomenta momenta(simulation);
+  const MomentumDrift momenta(simulation);
   if (options.ready) options.ready();
   make_folder(results.folder);
   if (!lock) lock.emplace(results.folder);
-  Outputs outputs(simulation, results, last, frames, options, stop);
+  RunOutputs outputs(simulation, results, last, frames, options, stop);
   try {
     while (simulation.steps() < last && !stop) {
       const double took = seconds([&] { simulation.step(); });
-      if (outputs.saves() || simulation.steps() == last) simulation.check_divergence();
+      if (outputs.decide_checkpoint() || simulation.steps() == last) simulation.check_divergence();
       if (scene.expect.max_crossings || simulation.steps() % kCountEvery == 0 || simulation.steps() == last)
         simulation.count_crossings();
       outputs.after_step(took * 1000);
@@ -237,7 +237,7 @@ RunResult run(const Scene& scene, const SimulationOptions& simulation_options, c
     if (!stop) outputs.storyboard();
     throw;
   } catch (const DeviceLost&) {
-    outputs.finish_frames();  // its state is gone with it
+    outputs.finish_frames();  // the state is lost with the device
     throw;
   }
   RunResult result;
@@ -248,19 +248,19 @@ RunResult run(const Scene& scene, const SimulationOptions& simulation_options, c
   outputs.finish_frames();
   std::vector<std::string> notes = result.failed_expectations;
   if (!rounding.empty()) notes.push_back(rounding);
-  std::vector<std::string> known = momenta.broken(simulation);
-  std::ranges::copy(overstretched(simulation), std::back_inserter(known));
-  for (const std::string& line : {driven_through(simulation), crossed(simulation)})
+  std::vector<std::string> known = momenta.warnings(simulation);
+  std::ranges::copy(overstretch_warnings(simulation), std::back_inserter(known));
+  for (const std::string& line : {kinematic_penetration_warning(simulation), crossing_warning(simulation)})
     if (!line.empty()) known.push_back(line);
   for (const std::string& line : known) {
     if (options.warn) options.warn(line);
     notes.push_back(line);
   }
   outputs.report(result.interrupted ? "interrupted" : "finished", notes);
-  // Also of a run that was stopped while the picture of its last step was drawn.
+  // This includes a run that was stopped while the picture of its last step was drawn.
   result.pictures_missing = scene.outputs.picture && stop;
   if (!result.pictures_missing) outputs.storyboard(), outputs.picture();
-  result.summary = summary(simulation) + outputs.of_page();
+  result.summary = summary(simulation) + outputs.page_summary();
   return result;
 }
 

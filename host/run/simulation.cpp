@@ -30,7 +30,7 @@ namespace malha {
 
 namespace {
 
-/// So many rows of numbers that squares of stay finite in single precision.
+/// Refuses another number of rows than `count`, and numbers whose squares overflow in single precision.
 void require_numbers(const char* what, const std::vector<Vec3>& rows, std::size_t count, const char* each) {
   if (rows.size() != count) refuse(what, "", counted(rows.size(), "row"), std::to_string(count) + ", " + each);
   for (std::size_t i = 0; i < rows.size(); ++i)
@@ -48,33 +48,34 @@ Backend backend_named(const std::string& name) {
 }
 
 struct Simulation::Parts {
-  Model model;  // the solver refers to it
+  Model model;  // referenced by the solver
   std::unique_ptr<Solver> solver;
   SimulationOptions options;
   RunTimes times;
   int threads = 1;
-  std::optional<ThreadChoice> choice;             // none: all threads, always
-  std::optional<std::uint64_t> scene;             // its hash: the same all the time, taken when it is first needed
-  std::optional<std::vector<int>> pins_at_start;  // where others were set: layouts depend on them
-  // Of scenes that tear:
-  RenderMesh whole;  // before the first tear
+  std::optional<ThreadChoice> choice;             // none: always all threads
+  std::optional<std::uint64_t> scene;             // hash of the scene at the start, computed when it is first needed
+  std::optional<std::vector<int>> pins_at_start;  // set once pins were changed, because layouts depend on them
+  // For scenes that tear:
+  RenderMesh untorn;  // the mesh before the first tear
   std::vector<Split> splits;
 
-  /// Of the model before any tear.
+  /// Returns the hash of the model before any tear.
   std::uint64_t hash_of_scene() {
     if (!scene) scene = scene_hash(model);
     return *scene;
   }
-  /// What its checkpoints are for. Gravity and wind are not in them, so that those of the start count.
-  std::uint64_t hash_of_scene_now() {
+  /// Returns the hash that identifies checkpoints with the present pins. Checkpoints do not contain gravity and wind;
+  /// those of the start count.
+  std::uint64_t hash_of_scene_and_pins() {
     if (!pins_at_start) return hash_of_scene();
     const std::vector<int> now = still_pins(model);
     return now == *pins_at_start ? hash_of_scene() : hash_bytes(now.data(), now.size() * sizeof(int), hash_of_scene());
   }
 
-  void make_solver_of_model() {
-    model.interactive =
-        options.interactive || !options.constraints.empty();  // either acts on what the visits do not know
+  void make_solver_for_model() {
+    model.interactive = options.interactive ||
+                        !options.constraints.empty();  // handles and user constraints both act outside the patch solves
     solver = options.backend == Backend::Cuda
                  ? make_solver_on_cuda(model, threads, options.progress, options.timed_passes)
                  : make_solver(model, threads, options.instructions, options.progress);
@@ -82,21 +83,21 @@ struct Simulation::Parts {
     if (!options.constraints.empty()) add_user_constraints();
     release_setup_memory(model);
   }
-  /// By the present numbers: what tears shifts those of the bodies behind it.
+  /// Adds user constraints in the present numbering: tears shift the particles of later bodies.
   void add_user_constraints() {
     std::vector<UserConstraint> all = options.constraints;
     for (UserConstraint& one : all)
       for (int& particle : one.particles)
-        for (std::size_t body = 0; body + 1 < whole.body_begin.size(); ++body)
-          if (particle >= whole.body_begin[body] && particle < whole.body_begin[body + 1]) {
-            particle += model.look.body_begin[body] - whole.body_begin[body];
+        for (std::size_t body = 0; body + 1 < untorn.body_begin.size(); ++body)
+          if (particle >= untorn.body_begin[body] && particle < untorn.body_begin[body + 1]) {
+            particle += model.look.body_begin[body] - untorn.body_begin[body];
             break;
           }
     solver->add_user_constraints(all);
   }
 
-  /// A step of constraints whose functions may throw: then it was none.
-  void step_whole(const SubstepCallback& after) {
+  /// Takes a step with user constraints; if one throws, the state before is restored.
+  void step_or_restore(const SubstepCallback& after) {
     const std::string before = solver->save();
     const std::vector<ParticleHandle> taken = solver->taken();
     try {
@@ -109,15 +110,15 @@ struct Simulation::Parts {
       throw;
     }
   }
-  /// What is taken by hand stays taken.
-  void place(const std::vector<Vec3>& x, const std::vector<Vec3>& v) {
+  /// Sets positions and velocities; handles stay.
+  void set_state(const std::vector<Vec3>& x, const std::vector<Vec3>& v) {
     const std::vector<ParticleHandle> taken = solver->taken();
-    place(solver->steps(), x, v);
+    set_state(solver->steps(), x, v);
     for (const ParticleHandle& one : taken) solver->take(one);
   }
-  /// Pins have the velocity 0, or that of their keyframes, which any step gives anew: with another one, substeps that
-  /// are passes would carry them off.
-  void place(std::int64_t steps, const std::vector<Vec3>& x, std::vector<Vec3> v) {
+  /// Sets the state. Pins get velocity 0, or that of their keyframes, which every step sets again, because substeps of
+  /// separate passes would move them with any other velocity.
+  void set_state(std::int64_t steps, const std::vector<Vec3>& x, std::vector<Vec3> v) {
     const double time = static_cast<double>(steps) * model.scene.solver.dt;
     const std::vector<bool> pinned = pinned_now(model, time), driven = on_keyframes(model);
     const std::vector<Vec3> now = solver->velocities();
@@ -126,25 +127,25 @@ struct Simulation::Parts {
     solver->set_state(steps, x, v);
   }
 
-  /// Refuses a state from which no step can start.
+  /// Refuses a state with positions or velocities that are not finite.
   void require_finite(const char* what) const {
     for (const auto& rows : {solver->positions(), solver->velocities()})
       for (std::size_t i = 0; i < rows.size(); ++i)
         if (!finite(rows[i]))
-          refuse(what, "", particle_name(model, static_cast<int>(i)) + ", which has no finite place or velocity",
+          refuse(what, "", particle_name(model, static_cast<int>(i)) + ", whose position or velocity is not finite",
                  "a finite state");
   }
 
-  /// Lays everything out with these splits, in a state that is still to be given.
-  void lay_out(std::vector<Split> all, Model torn) {
+  /// Rebuilds the solver for this torn model; its state is set afterwards.
+  void rebuild_solver(std::vector<Split> all, Model next) {
     solver.reset();
-    model = std::move(torn);
-    make_solver_of_model();
+    model = std::move(next);
+    make_solver_for_model();
     splits = std::move(all), times.splits = static_cast<int>(splits.size());
     ++times.layouts;
   }
-  Model torn(const std::vector<Split>& all) const {
-    return build_torn_model(model.scene, {&whole, &all, &model.environment, model.zero_area_faces, &model.notes},
+  Model torn_model(const std::vector<Split>& all) const {
+    return build_torn_model(model.scene, {&untorn, &all, &model.environment, model.zero_area_faces, &model.notes},
                             threads, model.patches.bounds);
   }
 
@@ -160,23 +161,23 @@ struct Simulation::Parts {
     times.layout_seconds += seconds([&] {
       std::vector<Split> all = splits;
       all.insert(all.end(), found.begin(), found.end());
-      Model next = torn(all);
+      Model next = torn_model(all);
       const std::vector<int> from = ancestors(model, next, all, splits.size());
       const std::string state = solver->save();
       const auto passes = solver->pass_seconds();
       const std::size_t particles = model.x.size();
       std::vector<ParticleHandle> taken = solver->taken();
-      for (ParticleHandle& one : taken) {  // duplicates are the last of their bodies
+      for (ParticleHandle& one : taken) {  // new particles come last in their bodies
         const int body = body_of(model, one.particle);
         one.particle += next.look.body_begin[body] - model.look.body_begin[body];
       }
-      lay_out(std::move(all), std::move(next));
+      rebuild_solver(std::move(all), std::move(next));
       solver->restore_after_split(state, particles, from, passes);
       for (const ParticleHandle& one : taken) solver->take(one);
     });
   }
 
-  /// What the next step depends on: the tears, where there can be any, and the solver's state.
+  /// Returns all that the next step depends on: the tears of a scene that can tear, and the solver's state.
   std::string save() const {
     if (!malha::tears(model.scene)) return solver->save();
     const std::vector<int> numbers = numbers_of(splits);
@@ -185,7 +186,7 @@ struct Simulation::Parts {
     if (count > 0) bytes.append(reinterpret_cast<const char*>(numbers.data()), count * sizeof(int));
     return bytes + solver->save();
   }
-  /// `file`: what a refusal names. After one everything is as it was.
+  /// Restores a state. `file`: named in refusals. After a refusal nothing has changed.
   void restore(const std::string& bytes, const std::string& file) {
     if (!malha::tears(model.scene)) return solver->restore(bytes, file);
     std::uint64_t count = 0;
@@ -197,22 +198,22 @@ struct Simulation::Parts {
     if (count > 0) std::memcpy(numbers.data(), bytes.data() + sizeof count, count * sizeof(int));
     const std::string state = bytes.substr(sizeof count + count * sizeof(int));
     if (numbers == numbers_of(splits)) return solver->restore(state, file);
-    std::vector<Split> all = splits_of(numbers, model.scene, whole, file), before = splits;
+    std::vector<Split> all = splits_of(numbers, model.scene, untorn, file), before = splits;
     const std::string there = solver->save();
     const std::vector<ParticleHandle> taken = solver->taken();
-    lay_out_anew(std::move(all));
+    rebuild_with_splits(std::move(all));
     try {
       solver->restore(state, file);
     } catch (const InputError&) {
-      lay_out_anew(std::move(before));
+      rebuild_with_splits(std::move(before));
       solver->restore(there);
       for (const ParticleHandle& one : taken) solver->take(one);
       throw;
     }
   }
-  void lay_out_anew(std::vector<Split> all) {
-    Model next = torn(all);
-    lay_out(std::move(all), std::move(next));
+  void rebuild_with_splits(std::vector<Split> all) {
+    Model next = torn_model(all);
+    rebuild_solver(std::move(all), std::move(next));
   }
 };
 
@@ -235,8 +236,8 @@ Simulation::Simulation(const Scene& scene, const SimulationOptions& options) : p
     refuse_edge_crossings(parts_->model);
   });
   doing(scene.environment.empty() ? "colouring and laying out" : "colouring and laying out, building trees");
-  parts_->times.solver_seconds = seconds([&] { parts_->make_solver_of_model(); });
-  if (malha::tears(scene)) parts_->whole = parts_->model.look, parts_->hash_of_scene();
+  parts_->times.solver_seconds = seconds([&] { parts_->make_solver_for_model(); });
+  if (malha::tears(scene)) parts_->untorn = parts_->model.look, parts_->hash_of_scene();
 }
 Simulation::Simulation(Simulation&&) noexcept = default;
 Simulation& Simulation::operator=(Simulation&&) noexcept = default;
@@ -249,7 +250,7 @@ void Simulation::step(const SubstepCallback& after) {
   if (parts_->times.steps.count() == 0) trace.emplace();
   if (parts_->threads > 1 && parts_->choice && parts_->choice->threads() == 1) ++parts_->times.steps_alone;
   const auto step = [&] {
-    parts_->options.constraints.empty() ? parts_->solver->step(after) : parts_->step_whole(after);
+    parts_->options.constraints.empty() ? parts_->solver->step(after) : parts_->step_or_restore(after);
   };
   parts_->times.steps.add(seconds([&] {
     parts_->choice ? parts_->choice->take(step) : step();
@@ -264,7 +265,7 @@ void Simulation::check_divergence() { parts_->solver->check_divergence(); }
 
 void Simulation::move_pin(int particle, const Vec3& to) { parts_->solver->move_pins({particle}, {to}); }
 void Simulation::move_pins(const std::vector<int>& particles, const std::vector<Vec3>& to) {
-  require_numbers("places of pins", to, particles.size(), "one a pin");
+  require_numbers("positions of pins", to, particles.size(), "one a pin");
   parts_->solver->move_pins(particles, to);
 }
 
@@ -273,14 +274,14 @@ void Simulation::set_positions(const std::vector<Vec3>& x) {
   std::vector<Vec3> v = velocities();
   for (Vec3& one : v)
     if (!finite(one)) one = {0, 0, 0};
-  parts_->place(x, v);
+  parts_->set_state(x, v);
 }
 void Simulation::set_velocities(const std::vector<Vec3>& v) {
   require_numbers("velocities", v, parts_->model.x.size(), "one a particle");
   const std::vector<Vec3> x = positions();
   if (!std::all_of(x.begin(), x.end(), finite))
     refuse("velocities", "", "positions that are not finite", "to set positions first");
-  parts_->place(x, v);
+  parts_->set_state(x, v);
 }
 
 void Simulation::set_gravity(const Vec3& gravity) {
@@ -290,7 +291,7 @@ void Simulation::set_gravity(const Vec3& gravity) {
   if (!parts_->solver->facts().levels.empty()) {
     Scene scene = parts_->model.scene;
     scene.gravity = gravity;
-    return lay_out_anew(scene);
+    return rebuild(scene);
   }
   parts_->model.scene.gravity = gravity;
   parts_->solver->change_gravity();
@@ -316,16 +317,16 @@ void Simulation::set_pins(std::vector<int> particles) {
   const Scene scene = with_pins(parts_->model, particles);
   parts_->hash_of_scene();
   if (!parts_->pins_at_start) parts_->pins_at_start = before;
-  lay_out_anew(scene, particles);
+  rebuild(scene, particles);
 }
 
-void Simulation::lay_out_anew(const Scene& scene, const std::optional<std::vector<int>>& pins) {
+void Simulation::rebuild(const Scene& scene, const std::optional<std::vector<int>>& pins) {
   Simulation next(scene, parts_->options);
   Parts& parts = *next.parts_;
-  if (!parts_->splits.empty()) parts.lay_out_anew(parts_->splits);
+  if (!parts_->splits.empty()) parts.rebuild_with_splits(parts_->splits);
   if (pins && next.pins() != *pins)
     refuse("pins", "", "a particle left out that a rigid attachment holds", "all those that attachments hold");
-  parts.place(steps(), positions(), velocities());
+  parts.set_state(steps(), positions(), velocities());
   for (const ParticleHandle& one : handles())
     if (!pins || !std::binary_search(pins->begin(), pins->end(), one.particle)) parts.solver->take(one);
   parts.scene = parts_->scene, parts.pins_at_start = parts_->pins_at_start;
@@ -334,7 +335,7 @@ void Simulation::lay_out_anew(const Scene& scene, const std::optional<std::vecto
 }
 
 void Simulation::pull(int particle, const Vec3& to, double compliance) {
-  if (compliance == 0)  // which would be a hold
+  if (compliance == 0)  // compliance 0 would hold the particle
     throw InputError("pull: found compliance 0; allowed: 1e-12 to 1e12 m/N");
   parts_->solver->take({particle, to, compliance});
 }
@@ -354,9 +355,11 @@ int Simulation::cut(const std::vector<Edge>& edges) {
   return static_cast<int>(found.size());
 }
 
-std::string Simulation::save_state() const { return stamped(parts_->save(), parts_->hash_of_scene_now()); }
+std::string Simulation::save_state() const {
+  return with_state_header(parts_->save(), parts_->hash_of_scene_and_pins());
+}
 void Simulation::restore_state(const std::string& state) {
-  parts_->restore(unstamped(state, parts_->hash_of_scene_now()), "state");
+  parts_->restore(without_state_header(state, parts_->hash_of_scene_and_pins()), "state");
 }
 
 void Simulation::wake() { parts_->solver->wake(); }
@@ -396,19 +399,19 @@ std::vector<std::string> Simulation::failed_expectations() const {
 
 void Simulation::save_checkpoint(const std::string& path, std::int64_t frames) const {
   parts_->require_finite("checkpoint");
-  write_checkpoint(path, parts_->hash_of_scene_now(),
+  write_checkpoint(path, parts_->hash_of_scene_and_pins(),
                    {parts_->save(), frames, parts_->times.most_crossings, parts_->times.crossings_counted});
 }
 
 std::int64_t Simulation::load_checkpoint(const std::string& path) {
-  const Checkpoint checkpoint = read_checkpoint(path, parts_->hash_of_scene_now());
+  const Checkpoint checkpoint = read_checkpoint(path, parts_->hash_of_scene_and_pins());
   parts_->restore(checkpoint.state, path);
   parts_->times.most_crossings = checkpoint.crossings, parts_->times.crossings_counted = checkpoint.counted;
   return checkpoint.frames;
 }
 
 void Simulation::transfer_state_from(const Simulation& before) {
-  if (malha::tears(model().scene) && !before.parts_->splits.empty()) parts_->lay_out_anew(before.parts_->splits);
+  if (malha::tears(model().scene) && !before.parts_->splits.empty()) parts_->rebuild_with_splits(before.parts_->splits);
   const RenderMesh &now = model().look, &then = before.model().look;
   std::vector<Vec3> x = positions(), v = velocities();
   const std::vector<Vec3> x_then = before.positions(), v_then = before.velocities();
@@ -421,7 +424,7 @@ void Simulation::transfer_state_from(const Simulation& before) {
       std::copy_n(v_then.begin() + from, count, v.begin() + first);
     }
   const auto steps = static_cast<std::int64_t>(std::ceil(before.time() / model().scene.solver.dt - 1e-6));
-  parts_->place(steps, x, v);
+  parts_->set_state(steps, x, v);
 }
 
 std::string Simulation::report(const std::string& status, const std::vector<std::string>& notes) const {

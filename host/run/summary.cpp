@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// To three digits.
+/// Formats a number with three digits.
 std::string brief(double value) { return shown(value, 3); }
 
 std::string speed(double median_ms, double dt) {
@@ -51,9 +51,9 @@ std::string summary(const Simulation& simulation) {
     text += "\n";
   }
   if (strains.beyond > 0.01)
-    text += "long range  exceeded by up to " + brief(100 * strains.beyond) + " % of its reach, at " +
+    text += "long range  exceeded by up to " + brief(100 * strains.beyond) + " % of its length, at " +
             brief(static_cast<double>(strains.step_beyond) * model.scene.solver.dt) +
-            " s: contacts have the last word\n";
+            " s, because contacts take precedence\n";
   if (!m.volume_ratios.empty()) {
     text += "volume      ";
     for (const double ratio : m.volume_ratios) text += brief(ratio) + " ";
@@ -70,10 +70,10 @@ std::string summary(const Simulation& simulation) {
   if (self) text += ", " + counted(m.self_contacts, "contact") + " between bodies or layers";
   if (edges) text += ", " + counted(m.edge_contacts, "contact") + " with edges and corners";
   if (edges || self) text += "\n";
-  if (const std::string coarse = coarse_resolution(model, simulation.positions()); !coarse.empty())
+  if (const std::string coarse = resolution_warning(model, simulation.positions()); !coarse.empty())
     text += "resolution  " + coarse + "\n";
   if (model.zero_area_faces > 0) text += "left out    " + counted(model.zero_area_faces, "face") + " without area\n";
-  if (m.degenerate > 0) text += "skipped     " + counted(m.degenerate, "constraint") + " without a direction\n";
+  if (m.degenerate > 0) text += "skipped     " + counted(m.degenerate, "constraint") + " without a gradient\n";
   return text;
 }
 

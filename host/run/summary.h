@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A run in the few lines that a person wants at its end.
+// The summary of a run for the terminal.
 #pragma once
 #include <string>
 
@@ -8,10 +8,10 @@
 
 namespace malha {
 
-/// Simulated time, speed, and what there is of strain, volume and contacts; a line each.
+/// Returns lines with simulated time, speed, and strain, volume and contacts where the scene has them.
 std::string summary(const Simulation& simulation);
 
-/// Where the results are that exist; a line each.
+/// Returns a line with the path of each result that exists.
 std::string list_results(const Results& results);
 
 }  // namespace malha

@@ -131,13 +131,15 @@ TEST(Attachments, ToATurningMeshKeepTheirPlaceInItsFrame) {
 
 TEST(Attachments, ArePlannedAndReported) {
   Scene scene = tied_to_a_mesh();
-  EXPECT_NE(plan(Simulation(scene, {.threads = 1})).find("\n  7 pins to 'box' on 2 keyframes\n"), std::string::npos)
+  EXPECT_NE(plan(Simulation(scene, {.threads = 1})).find("\n  count 7, environment box, keyframes 2\n"),
+            std::string::npos)
       << "rigidly tied is pinned";
   scene.bodies[0].attachments[0].compliance = 1e-5;
   const Simulation simulation(scene, {.threads = 1});
   const std::string text = plan(simulation);
-  EXPECT_NE(text.find("\n  7 attachments to 'box' on 2 keyframes, compliance 1e-05\n"), std::string::npos) << text;
-  EXPECT_NE(text.find("\n  attachments: 4 launches\n"), std::string::npos) << text;
+  EXPECT_NE(text.find("\n  attachment: count 7, compliance 1e-05, environment box, keyframes 2\n"), std::string::npos)
+      << text;
+  EXPECT_NE(text.find("\n  attachments: 4\n"), std::string::npos) << text;
   EXPECT_NE(simulation.report("finished").find("\"attachment\""), std::string::npos);
 }
 

@@ -129,9 +129,9 @@ TEST(MovedPins, RefuseToBeSetBetweenStepsAsWell) {
 TEST(MovedPins, ArePlannedAndReported) {
   const Simulation simulation(carried_sheet(Precision::Float, 0.25), {.threads = 1});
   const std::string text = plan(simulation);
-  EXPECT_NE(text.find("81 in 1 body, 9 pinned"), std::string::npos) << text;
-  EXPECT_NE(text.find("\n  9 pins on 3 keyframes, released at 0.25 s\n"), std::string::npos) << text;
-  EXPECT_NE(text.find("\n  pins: 8 launches\n"), std::string::npos) << text;
+  EXPECT_NE(text.find("\nparticles: 81\nparticles_pinned: 9\n"), std::string::npos) << text;
+  EXPECT_NE(text.find("\nmoved_pins:\n  count 9, keyframes 3, release_time 0.25 s\n"), std::string::npos) << text;
+  EXPECT_NE(text.find("\n  pins: 8\n"), std::string::npos) << text;
 }
 
 std::string run_refusal(const Scene& scene) {

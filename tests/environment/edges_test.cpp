@@ -226,11 +226,11 @@ TEST(EnvironmentEdges, CostNothingWhereNoneAreNamed) {
   without.step();
   EXPECT_FALSE(without.solver().facts().edges.has_value());
   EXPECT_EQ(without.solver().pass_seconds()[static_cast<int>(Pass::Edges)], 0);
-  EXPECT_FALSE(has(plan(without), "edges:"));
+  EXPECT_FALSE(has(plan(without), "environment_edges:"));
   bed.edges = true;
   Simulation with(falls_on(bed, cloth_above(0.03)), {.threads = 1});
   // 25 pyramids of four sides: 8 edges and 5 corners each; the diagonal of the base is flat.
-  EXPECT_TRUE(has(plan(with), "edges: 200 edges and 125 corners"));
+  EXPECT_TRUE(has(plan(with), "environment_edges:\n  edges: 200\n  corners: 125\n"));
   EXPECT_GT(with.solver().facts().edges->bytes, 0u);
 }
 

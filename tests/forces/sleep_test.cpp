@@ -160,8 +160,7 @@ TEST(Sleep, EndsWhereAPinIsMoved) {
 
 TEST(Sleep, IsReportedAndPlanned) {
   const Scene scene = resting_sheet();
-  EXPECT_NE(plan(Simulation(scene, {.threads = 1}))
-                .find("\nsleep: when no particle has been faster than 0.02 m/s for 0.2 s\n"),
+  EXPECT_NE(plan(Simulation(scene, {.threads = 1})).find("\nsleep:\n  below_speed: 0.02 m/s\n  after: 0.2 s\n"),
             std::string::npos);
   Simulation simulation(scene, {.threads = 1});
   const auto reported = [&] { return nlohmann::json::parse(simulation.report("finished"))["sleep"]; };

@@ -100,8 +100,9 @@ TEST_F(PageFields, OfSpeedAreRightInTheFirstFrameAndAfterTears) {
   browser().evaluate("malha.setLook('speed')");
   const std::string speeds =
       "(async () => { const v = malha.views[0], k = v.stage.shown, b = v.frames.beside(k);"
-      "const mesh = await v.frames.mesh(k), last = renumbered(await v.frames.places(b), await v.frames.mesh(b), mesh);"
-      "return JSON.stringify(Array.from(speeds(mesh, await v.frames.places(k), last,"
+      "const mesh = await v.frames.mesh(k), last = renumbered(await v.frames.positions(b), await v.frames.mesh(b), "
+      "mesh);"
+      "return JSON.stringify(Array.from(speeds(mesh, await v.frames.positions(k), last,"
       "Math.abs(v.frames.all[k].time - v.frames.all[b].time)))); })()";
   const auto now = [&] { return Json::parse(browser().evaluate(speeds).get<std::string>()); };
   for (const Json& speed : now()) EXPECT_NEAR(speed.get<double>(), 3, 0.01) << "places are rounded";

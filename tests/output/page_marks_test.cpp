@@ -57,7 +57,7 @@ TEST_F(PageMarks, ShowWhereTheEnvironmentIsTouched) {
   std::set<int> objects;
   for (const int step : {0, 15, 40}) {
     go(simulation, step);
-    const std::vector<Touch> expected = contacts(simulation.positions(), simulation.time());
+    const std::vector<ContactPoint> expected = contacts(simulation.positions(), simulation.time());
     browser().evaluate("malha.seek(" + shown(simulation.time()) + ")");
     browser().press("9");
     browser().screenshot();
@@ -70,7 +70,7 @@ TEST_F(PageMarks, ShowWhereTheEnvironmentIsTouched) {
     EXPECT_TRUE(found["shown"]);
     std::set<int> touching;
     for (std::size_t t = 0; t < expected.size(); ++t) {
-      const Touch& touch = expected[t];
+      const ContactPoint& touch = expected[t];
       ASSERT_EQ(found["particles"][t], touch.particle);
       const auto end = [&](std::size_t from) {
         return Json(std::vector<Json>(found["ends"].begin() + int(from), found["ends"].begin() + int(from) + 3));

@@ -80,17 +80,17 @@ TEST(PackedValues, ComeBackAsNearAsAStepOfTheLargest) {
 }
 
 TEST(PackedContacts, KeepTheSideThatAParticleIsOn) {
-  const std::vector<Touch> touches{
+  const std::vector<ContactPoint> touches{
       {.particle = 7, .object = 0, .at = {0, 0, 0}, .normal = {0, 1, 0}, .distance = 0.02},
       {.particle = 3, .object = 1, .at = {0, 0, 0}, .normal = {-0.6, 0, 0.8}, .distance = -0.01}};
-  const PackedTouches all = packed(touches);
+  const PackedContacts all = packed(touches);
   EXPECT_EQ(all.count, 2u);
   EXPECT_EQ(all.far, 0.02);
   EXPECT_EQ(unpacked(all.particles, 2, 1, 4), (std::vector<std::uint32_t>{7, 3}));
   const std::vector<std::uint32_t> ways = unpacked(all.ways, 8, 4, 1);
   const double expected[] = {0, 1, 0, 1, -0.6, 0, 0.8, -0.5};
   for (std::size_t k = 0; k < 8; ++k) EXPECT_NEAR(ways[k] / 127.0 - 1, expected[k], 0.5 / 127) << k;
-  EXPECT_EQ(packed(std::vector<Touch>{}).far, 0) << "and nothing is divided by it";
+  EXPECT_EQ(packed(std::vector<ContactPoint>{}).far, 0) << "and nothing is divided by it";
 }
 
 TEST(Base64, IsThatOfTheStandard) {  // RFC 4648, section 10

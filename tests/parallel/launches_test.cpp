@@ -25,7 +25,7 @@ Json traced_cloth() {
 
 struct Traced {
   std::vector<Launches> launches;  // of the first step
-  Parts bytes;                     // by owner
+  NamedNumbers bytes;              // by owner
   std::int64_t of(const std::string& kernel) const {
     const auto at = std::find_if(launches.begin(), launches.end(), [&](const auto& l) { return l.kernel == kernel; });
     return at == launches.end() ? 0 : at->launches;
@@ -197,14 +197,12 @@ TEST(Launches, OfTheCorrectorAreSixAStepWhereABodyIsFree) {
 /// The number of launches by the lines of the plan, and by the trace.
 void expect_planned_launches(const Json& scene, const std::vector<UserConstraint>& own = {}) {
   Simulation simulation(parsed(scene), {.threads = 1, .constraints = own});
-  const std::string text = plan(simulation);
-  std::istringstream lines(text.substr(text.find("passes of a step:")));
   std::int64_t planned = 0, launched = 0;
-  for (std::string line; std::getline(lines, line);)
-    if (const std::size_t at = line.find(": "); has(line, " launch")) planned += std::stoll(line.substr(at + 2));
+  for (const auto& [pass, launches] : Json::parse(plan_json(simulation))["launches_a_step"].items())
+    planned += launches.get<std::int64_t>();
   simulation.step();
   for (const Launches& of : simulation.times().launches) launched += of.launches;
-  EXPECT_EQ(launched, planned) << text << list_launches(simulation);
+  EXPECT_EQ(launched, planned) << plan(simulation);
 }
 
 TEST(Launches, OfAMembraneByDesbrunAreThoseOfThePlanThatNamesIt) {

@@ -71,7 +71,7 @@ TEST(Machines, AreWhatTheBitsDependOnAndNotTheThreads) {
 TEST(Machines, OfDevicesReplayStepsThatAreAllAlike) {
   const auto replays = [](const Scene& scene, const char* machine) {
     const Simulation simulation(scene, {.machine = machine});
-    return has(list_demand(plan_for(simulation, machine_named(machine))), "recorded once and replayed");
+    return estimate_device(simulation, machine_named(machine)).replays;
   };
   EXPECT_TRUE(replays(load_shipped("flag"), "h200"));
   EXPECT_TRUE(replays(load_shipped("desbrun_sheet"), "h200"));
@@ -106,7 +106,7 @@ TEST(PatchTraffic, OfOnePatchIsItsStateThereAndBack) {
   ASSERT_EQ(simulation.solver().facts().patches.patches, 1);
   const double particles = 13 * 13, numbers = 10 + 9;
   const PatchPlan plan = plan_patches(simulation.model());
-  EXPECT_EQ(visit_traffic(simulation.model(), simulation.solver(), plan).particle_bytes,
+  EXPECT_EQ(patch_traffic(simulation.model(), simulation.solver(), plan).particle_bytes,
             numbers * sizeof(float) * particles * scene.solver.substeps);
 }
 
@@ -138,7 +138,7 @@ TEST(PatchTraffic, OfSeveralPatchesAddsWhatTheyShare) {
       if (count == 1) numbers += 10 + 9;
       if (count > 1) numbers += (10 + 3) + (count - 2) * (10 + 3) + (10 + 3 + 9);
     }
-    const VisitTraffic traffic = visit_traffic(simulation.model(), simulation.solver(), plan);
+    const PatchTraffic traffic = patch_traffic(simulation.model(), simulation.solver(), plan);
     EXPECT_EQ(traffic.particle_bytes, numbers * sizeof(float) * scene.solver.substeps) << scene.name;
     std::size_t constraints = 0;
     for (const SetStats& set : simulation.solver().facts().sets) constraints += set.bytes;

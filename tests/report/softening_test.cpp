@@ -77,7 +77,7 @@ TEST(WarningOfSoftening, ComesWhereTooFewSubstepsMakeASheetSoftAndNamesSubstepsT
     Scene scene = scene_of_strip(strip, folder);
     const std::vector<std::string> lines = softening_warnings(scene);
     ASSERT_EQ(lines.size(), 1u) << strip.name;
-    EXPECT_TRUE(has(lines[0], "its \"" + strip.material.type + "\" gives way ")) << lines[0];
+    EXPECT_TRUE(has(lines[0], "its \"" + strip.material.type + "\" deforms ")) << lines[0];
     const double soft = given_way(scene);
     const int enough = std::stoi(lines[0].substr(lines[0].find("take ") + 5));
     scene.solver.substeps = enough;

@@ -180,7 +180,7 @@ TEST(PicturesOfAStoppedRun, AreLeftOutInTheMiddleOfOne) {
   scene["outputs"]["pictures"] = {{"every", 1}, {"size", {64, 48}}};
   std::atomic<bool> stop{false};
   RunOptions options{.out = folder / "out"};
-  options.doing = [&stop](const char* what) { stop = stop || what == std::string("drawing a picture"); };
+  options.on_activity = [&stop](const char* what) { stop = stop || what == std::string("drawing a picture"); };
   const auto quiet = [](const Progress&) {};
   EXPECT_TRUE(run(parsed(scene), {.threads = 1}, options, quiet, stop).pictures_missing);
   std::vector<std::string> names;
@@ -196,7 +196,9 @@ TEST(PicturesOfAStoppedRun, AreMissedInTheLastStepToo) {
   std::atomic<bool> stop{false};
   RunOptions options{.out = folder / "out", .steps = 3};
   int drawn = 0;
-  options.doing = [&](const char* what) { stop = stop || (what == std::string("drawing a picture") && ++drawn == 4); };
+  options.on_activity = [&](const char* what) {
+    stop = stop || (what == std::string("drawing a picture") && ++drawn == 4);
+  };
   const RunResult result = run(
       parsed(scene), {.threads = 1}, options, [](const Progress&) {}, stop);
   EXPECT_FALSE(result.interrupted);

@@ -351,8 +351,9 @@ TEST(SelfCollision, CostsNothingWhereItIsNotNamed) {
   EXPECT_EQ(simulation.solver().facts().collision_bytes, 0u);
   EXPECT_TRUE(simulation.solver().facts().fused);
   EXPECT_EQ(simulation.solver().pass_seconds()[static_cast<int>(Pass::SelfCollision)], 0);
-  EXPECT_EQ(plan(simulation).find("self-collision"), std::string::npos);
-  EXPECT_NE(plan(Simulation(meeting(0), {.threads = 1})).find("self-collision: 162 particles, 416 edges and 256"),
+  EXPECT_EQ(plan(simulation).find("self_collision"), std::string::npos);
+  EXPECT_NE(plan(Simulation(meeting(0), {.threads = 1}))
+                .find("\nself_collision:\n  particles: 162\n  edges: 416\n  triangles: 256\n"),
             std::string::npos);
 }
 

@@ -312,8 +312,8 @@ TEST_F(Command, PlansAndChecksWithoutWriting) {
   const Ended plan = malha({"plan", "scene.json", "--threads", "3"});
   EXPECT_EQ(plan.status, 0);
   EXPECT_EQ(plan.err, "");
-  for (const char* line : {"scene: swinging sheet\n", " 3 threads\n", "\npatches: ", "\n  distance: ", "\nmemory:\n",
-                           "\nEmbree: yes, for 2 environment objects\n"})
+  for (const char* line : {"scene: swinging sheet\n", "\nthreads: 3\n", "\npatches:\n", "\n  distance: ", "\nmemory:\n",
+                           "\nembree: yes\nenvironment_objects: 2\n"})
     EXPECT_TRUE(has(plan.out, line)) << line << " is not in\n" << plan.out;
   const Ended check = malha({"check", "scene.json"});
   EXPECT_EQ(check.status, 0);

@@ -33,15 +33,15 @@ double error_at_the_end(const Scene& scene) {
   return std::sqrt(sum / static_cast<double>(x.size()));
 }
 
-Tuned tuned_quietly(const Json& scene, double error) {
+TuneResult tuned_quietly(const Json& scene, double error) {
   const std::atomic<bool> no_stop{false};
   return tune(parsed(scene), {.error = error, .threads = 1}, {}, no_stop);
 }
 
 /// The fewest substeps with which a method reached the error; 0 if it did not.
-int fewest(const Tuned& tuned, const std::string& method) {
+int fewest(const TuneResult& tuned, const std::string& method) {
   int least = 0;
-  for (const Tried& trial : tuned.trials)
+  for (const TuneTrial& trial : tuned.trials)
     if (trial.reaches() && trial.method == method && (least == 0 || trial.scene.solver.substeps < least))
       least = trial.scene.solver.substeps;
   return least;
@@ -74,9 +74,9 @@ TEST_F(TuneCommand, WritesASceneThatReachesTheErrorWhenItRunsAgain) {
 }
 
 TEST(Tune, TakesNoMoreSubstepsForALooserError) {
-  const Tuned strict = tuned_quietly(springy_net(), 0.004), loose = tuned_quietly(springy_net(), 0.016);
+  const TuneResult strict = tuned_quietly(springy_net(), 0.004), loose = tuned_quietly(springy_net(), 0.016);
   ASSERT_TRUE(strict.best && loose.best);
-  for (const Tried& trial : strict.trials)
+  for (const TuneTrial& trial : strict.trials)
     // On a busy machine another method may be given up as too expensive.
     if (const int substeps = fewest(loose, trial.method); trial.reaches() && substeps > 0) {
       EXPECT_LE(substeps, fewest(strict, trial.method)) << trial.method;
@@ -84,19 +84,19 @@ TEST(Tune, TakesNoMoreSubstepsForALooserError) {
 }
 
 TEST(Tune, StatesErrorsThatAreThoseOfItsTrials) {
-  const Tuned tuned = tuned_quietly(springy_net(), 0.004);
+  const TuneResult tuned = tuned_quietly(springy_net(), 0.004);
   ASSERT_TRUE(tuned.best);
-  const Tried& best = tuned.trials[*tuned.best];
+  const TuneTrial& best = tuned.trials[*tuned.best];
   EXPECT_LE(best.error, 0.004);
   // The worst of four moments, one of which is the end.
-  EXPECT_GE(best.error + tuned.reference.off, error_at_the_end(best.scene) - tuned.reference.off);
+  EXPECT_GE(best.error + tuned.reference.error_bound, error_at_the_end(best.scene) - tuned.reference.error_bound);
 }
 
 TEST(Tune, TriesBothMethodsOnSprings) {
-  const Tuned tuned = tuned_quietly(springy_net(), 0.016);
+  const TuneResult tuned = tuned_quietly(springy_net(), 0.016);
   EXPECT_TRUE(tuned.left_out.empty());
   bool xpbd = false, desbrun = false;
-  for (const Tried& trial : tuned.trials) {
+  for (const TuneTrial& trial : tuned.trials) {
     xpbd = xpbd || trial.method.starts_with("XPBD");
     desbrun = desbrun || trial.method.starts_with("Desbrun");
   }
@@ -110,12 +110,12 @@ TEST(Tune, FindsThatLevelsReachTheErrorWithFewerSubstepsWhereTheWayToThePinsIsLo
   scene["duration"] = 0.4, scene["bodies"][0]["shape"]["grid"] = {{"size", {0.03, 1}}, {"cells", {2, 64}}};
   scene["bodies"][0]["transform"] = {{"rotate", {{"axis", {1, 0, 0}}, {"degrees", 90}}}};
   scene["bodies"][0]["constraints"][0] = {{"type", "distance"}, {"elements", {"edges", "shear"}}};
-  const Tuned tuned = tuned_quietly(scene, 0.01);
+  const TuneResult tuned = tuned_quietly(scene, 0.01);
   ASSERT_TRUE(tuned.reference.converged);
   const int without = fewest(tuned, "PBD, 1 iteration, float"), with = fewest(tuned, "PBD, 1 iteration, levels, float");
   ASSERT_GT(with, 0);
   EXPECT_TRUE(without == 0 || with < without) << with << " " << without;
-  for (const Tried& trial : tuned_quietly(springy_net(), 0.016).trials)
+  for (const TuneTrial& trial : tuned_quietly(springy_net(), 0.016).trials)
     EXPECT_FALSE(has(trial.method, "levels")) << "they would not act on the small net";
 }
 
@@ -124,12 +124,12 @@ TEST(Tune, KeepsTheSpringsOfDesbrunsMethodByPbd) {
   scene["bodies"][0]["constraints"][0] = {{"type", "distance"}, {"stiffness", 0.5}};
   scene["solver"] = {{"type", "desbrun"}, {"dt", 0.02}, {"spring_constant", 2000}};
   std::string why;
-  const Scene other = by_pbd(parsed(scene), why);
+  const Scene other = to_pbd(parsed(scene), why);
   EXPECT_EQ(why, "");
   EXPECT_EQ(other.solver.type, "pbd");
   EXPECT_EQ(other.bodies[0].constraints[0].compliance, 1.0 / 1000);
   scene["bodies"][0]["constraints"].push_back({{"type", "bending"}});
-  by_pbd(parsed(scene), why);
+  to_pbd(parsed(scene), why);
   EXPECT_TRUE(has(why, "bending")) << "as many stiffnesses as hinges";
 }
 
@@ -144,7 +144,7 @@ TEST(Tune, GivesUpOnMotionThatDoesNotConverge) {
   scene["duration"] = 3;
   const std::atomic<bool> no_stop{false};
   const TuneOptions options{.error = 1e-5, .seconds = 3, .threads = 1};
-  const Tuned tuned = tune(parsed(scene), options, {}, no_stop);
+  const TuneResult tuned = tune(parsed(scene), options, {}, no_stop);
   EXPECT_FALSE(tuned.reference.converged);
   EXPECT_FALSE(tuned.best);
   EXPECT_TRUE(tuned.trials.empty());

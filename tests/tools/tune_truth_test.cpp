@@ -135,18 +135,19 @@ KnownMotion soft_beam() {
 void expect_within(const KnownMotion& motion, const std::vector<double>& errors) {
   const std::atomic<bool> no_stop{false};
   for (const double error : errors) {
-    const Tuned tuned = tune(motion.scene, {.error = error, .threads = 1}, {}, no_stop);
+    const TuneResult tuned = tune(motion.scene, {.error = error, .threads = 1}, {}, no_stop);
     ASSERT_TRUE(tuned.best) << motion.name << " to " << error;
-    EXPECT_LE(distance_between(tuned.reference.run, motion.truth), tuned.reference.off) << motion.name << " " << error;
-    const Tried& best = tuned.trials[*tuned.best];
+    EXPECT_LE(distance_between(tuned.reference.run, motion.truth), tuned.reference.error_bound)
+        << motion.name << " " << error;
+    const TuneTrial& best = tuned.trials[*tuned.best];
     const TuneRun again = tune_run(best.scene, moments(motion.scene, kSeconds), 1, 1e9, no_stop);
-    const double off = distance_between(again, motion.truth);
-    EXPECT_LE(off, error) << motion.name << ": " << best.method << ", " << best.scene.solver.substeps;
+    const double error_bound = distance_between(again, motion.truth);
+    EXPECT_LE(error_bound, error) << motion.name << ": " << best.method << ", " << best.scene.solver.substeps;
     if (testing::FLAGS_gtest_also_run_disabled_tests)
       std::printf("%-16s E %8.2g m: reference %5d substeps, off %.2g m of at most %.2g; %s, %d substeps: %.3g of E\n",
                   motion.name.c_str(), error, tuned.reference.substeps,
-                  distance_between(tuned.reference.run, motion.truth), tuned.reference.off, best.method.c_str(),
-                  best.scene.solver.substeps, off / error);
+                  distance_between(tuned.reference.run, motion.truth), tuned.reference.error_bound, best.method.c_str(),
+                  best.scene.solver.substeps, error_bound / error);
   }
 }
 
@@ -231,7 +232,7 @@ double of_the_error(double a, double error) {
   const std::atomic<bool> no_stop{false};
   const Scene scene = breathing_sphere(a);
   const TuneOptions options{.error = error, .threads = 1};
-  const Tuned tuned = tune(scene, options, {}, no_stop);
+  const TuneResult tuned = tune(scene, options, {}, no_stop);
   if (!tuned.best) {
     EXPECT_FALSE(tuned.reference.converged);
     EXPECT_TRUE(has(why_not_tuned(tuned, options), "that nothing took")) << why_not_tuned(tuned, options);

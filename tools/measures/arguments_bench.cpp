@@ -15,7 +15,7 @@ const std::vector<std::string> kKernels{"dense", "sparse", "step"};
 constexpr int kLeastSide = 3, kMostSide = 4000;  // particles
 constexpr int kMostFilterSide = 2000;
 
-/// What --n counts, and so how large it may be, hangs on --case.
+/// Checks --n, whose meaning and range depend on --case.
 void check_sizes(const bench::ProjectionOptions& options) {
   const bool irregular = options.only == "irregular";
   const int low = irregular ? kLeastSide * kLeastSide : kLeastSide;
@@ -26,7 +26,8 @@ void check_sizes(const bench::ProjectionOptions& options) {
                                                                      std::to_string(high)));
 }
 
-/// What all have, and what runs it; `check` throws what refuses options that do not go together.
+/// Adds the options that all benchmarks share, and the function that runs it. `check` throws for options that exclude
+/// each other.
 template <class Options>
 void add_measuring(CLI::App& command, BenchArguments& arguments, Options& options, void (*run)(const Options&),
                    void (*check)(const Options&) = nullptr) {

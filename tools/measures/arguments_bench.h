@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The words and options after "malha bench".
+// Command line of "malha bench".
 #pragma once
 #include <functional>
 #include <string>
@@ -17,7 +17,7 @@ class App;
 namespace malha {
 
 struct BenchArguments {
-  std::function<void()> run;  // the benchmark that was named
+  std::function<void()> run;  // runs the named benchmark
   bench::ConstraintOptions of_constraints;
   bench::ProjectionOptions of_projection;
   bench::FilterOptions of_filter;
@@ -27,7 +27,7 @@ struct BenchArguments {
 
 void add_bench(CLI::App& app, BenchArguments& arguments);
 
-/// The line that refuses `word` (null: none) where a benchmark should be named; empty where it is one, or asks for
+/// Returns the message that refuses `word` (null: none) as the name of a benchmark; empty if it is one, or asks for
 /// help.
 std::string refused_benchmark(const char* word);
 

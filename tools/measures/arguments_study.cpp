@@ -24,7 +24,7 @@ CLI::Validator a_share() {
           ""};
 }
 
-/// A line a study.
+/// Returns a line for each study.
 std::string list() {
   std::string lines;
   for (const study::Study& study : study::studies())

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The words and options after "malha study".
+// Command line of "malha study".
 #pragma once
 #include <string>
 
@@ -13,7 +13,7 @@ namespace malha {
 
 void add_study(CLI::App& app, study::Options& options);
 
-/// The line that refuses `word` (null: none) where a study should be named; empty where it is one, or asks for help.
+/// Returns the message that refuses `word` (null: none) as the name of a study; empty if it is one, or asks for help.
 std::string refused_study(const char* word);
 
 }  // namespace malha

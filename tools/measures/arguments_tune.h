@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The words and options after "malha tune".
+// Command line of "malha tune".
 #pragma once
 #include <optional>
 #include <string>
@@ -14,8 +14,8 @@ struct Arguments;
 
 struct TuneArguments {
   double error = 0;               // m
-  std::optional<double> seconds;  // simulated
-  std::string json;               // empty: no such file
+  std::optional<double> seconds;  // simulated time
+  std::string json;               // path of the JSON output; empty: none
 };
 
 void add_tune(CLI::App& app, Arguments& arguments);

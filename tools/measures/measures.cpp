@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What malha_measures has and the command has not.
+// The program malha_measures' implementation of tools/measures.h: tune, bench and study.
 #include "tools/measures.h"
 
 #include <filesystem>
@@ -22,7 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Prints what was tried and writes the tuned scene; the exit status. Where it throws, nothing is written.
+/// Prints the trials and writes the tuned scene; returns the exit status. If it throws, nothing is written.
 int tune(const Arguments& arguments, const std::atomic<bool>& stop) {
   const Scene scene = load_scene(arguments.scene);
   study::check_tunable(scene);
@@ -35,7 +35,7 @@ int tune(const Arguments& arguments, const std::atomic<bool>& stop) {
   const study::TuneOptions options{arguments.tune.error, arguments.tune.seconds,
                                    arguments.threads > 0 ? arguments.threads : available_threads()};
   study::ProgressLine progress(5);
-  const study::Tuned tuned = study::tune(scene, options, std::ref(progress), stop);
+  const study::TuneResult tuned = study::tune(scene, options, std::ref(progress), stop);
   progress.clear();
   std::cout << study::tune_table(tuned, options);
   if (!tuned.best) {
@@ -52,7 +52,7 @@ int tune(const Arguments& arguments, const std::atomic<bool>& stop) {
 
 }  // namespace
 
-std::optional<int> hand_over_or_refuse(int argc, char** argv) {
+std::optional<int> exec_or_refuse(int argc, char** argv) {
   const std::string first = argv[1];
   const char* second = argc > 2 && *argv[2] ? argv[2] : nullptr;
   const std::string answer = first == "bench"   ? refused_benchmark(second)

@@ -11,9 +11,9 @@ namespace py = pybind11;
 
 namespace {
 
-PyCFunctionWithKeywords dispatcher = nullptr;  // pybind11's, which all its functions have
+PyCFunctionWithKeywords dispatcher = nullptr;  // pybind11's dispatcher, which all its functions share
 
-/// As the caller wrote them: "(dict, threads=str)".
+/// Returns the types of the arguments as in the call: "(dict, threads=str)".
 std::string types_of(const py::tuple& arguments, const py::dict& keywords, std::size_t first) {
   std::string all;
   const auto add = [&](const std::string& one) { all += (all.empty() ? "" : ", ") + one; };
@@ -22,7 +22,7 @@ std::string types_of(const py::tuple& arguments, const py::dict& keywords, std::
   return "(" + all + ")";
 }
 
-/// Refuses texts without UTF-8, which pybind11 takes for no texts at all.
+/// Refuses texts with lone surrogates, which pybind11 does not accept as texts.
 void refuse_surrogates(const py::tuple& arguments, const py::dict& keywords) {
   for (const py::handle one : arguments)
     if (py::isinstance<py::str>(one)) text_of(one);
@@ -31,17 +31,18 @@ void refuse_surrogates(const py::tuple& arguments, const py::dict& keywords) {
       if (py::isinstance<py::str>(text)) text_of(text);
 }
 
-/// Of pybind11's message: "malha.Scene(source: object, folder: object = None)".
+/// Returns the signature in pybind11's message: "malha.Scene(source: object, folder: object = None)".
 std::string signature_in(const std::string& said) {
   const std::string before = "supported:\n    1. ";
   const std::size_t at = said.find(before), from = at + before.size();
   return at == std::string::npos ? "" : said.substr(from, said.find('\n', from) - from);
 }
 
-/// What the error that is set says in its place, where it is about arguments that no function takes; else nothing.
-void say_briefly(PyObject* given, PyObject* named) {
-  const py::error_already_set raised;                                    // takes it from Python
-  if (raised.trace() || !raised.matches(PyExc_TypeError)) throw raised;  // with a trace: of a function that was called
+/// Replaces an error about arguments by a brief one; rethrows any other error.
+void rethrow_briefly(PyObject* given, PyObject* named) {
+  const py::error_already_set raised;  // clears Python's error
+  if (raised.trace() || !raised.matches(PyExc_TypeError))
+    throw raised;  // an error with a traceback comes from a called function
   const std::string said = text_of(py::str(raised.value()));
   const std::string signature = said.find("\nInvoked with: ") == std::string::npos ? "" : signature_in(said);
   if (signature.empty()) throw raised;
@@ -54,8 +55,8 @@ void say_briefly(PyObject* given, PyObject* named) {
 
 PyObject* call_briefly(PyObject* self, PyObject* given, PyObject* named) {
   try {
-    if (PyObject* const result = dispatcher(self, given, named)) return result;  // it throws where it cannot say it
-    say_briefly(given, named);
+    if (PyObject* const result = dispatcher(self, given, named)) return result;  // otherwise an error is set
+    rethrow_briefly(given, named);
   } catch (py::error_already_set& raised) {
     raised.restore();
   } catch (const py::builtin_exception& error) {
@@ -67,7 +68,7 @@ PyObject* call_briefly(PyObject* self, PyObject* given, PyObject* named) {
 }
 
 void replace(const py::handle& function) {
-  const py::handle inner = py::detail::get_function(function);  // of a method
+  const py::handle inner = py::detail::get_function(function);  // unwraps a method
   if (!inner || !PyCFunction_Check(inner.ptr())) return;
   PyMethodDef* const definition = reinterpret_cast<PyCFunctionObject*>(inner.ptr())->m_ml;
   const auto call = reinterpret_cast<PyCFunctionWithKeywords>(reinterpret_cast<void (*)()>(definition->ml_meth));

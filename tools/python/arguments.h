@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The refusal of arguments that a function does not take.
+// Error messages for arguments that a function does not accept.
 #pragma once
 #include <pybind11/pybind11.h>
 
@@ -7,11 +7,11 @@
 
 namespace malha::python {
 
-/// A text in UTF-8. Throws InputError where it has none: Python's texts may hold lone surrogates.
+/// Returns a text in UTF-8. Throws InputError for lone surrogates, which Python's texts may contain.
 std::string text_of(const pybind11::handle& text);
 
-/// Lets all functions of the module, its classes' methods and properties included, refuse arguments by their types.
-/// pybind11 prints their values: a whole scene for a keyword that is misspelt.
+/// Makes all functions of the module, with its classes' methods and properties, name the types of wrong arguments.
+/// pybind11 would print their values, such as a whole scene for a misspelt keyword.
 void refuse_arguments_briefly(const pybind11::module_& module);
 
 }  // namespace malha::python

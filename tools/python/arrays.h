@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rows of numbers between C++ and numpy.
+// Conversion of arrays between C++ and numpy.
 #pragma once
 #include <pybind11/numpy.h>
 
@@ -14,8 +14,8 @@
 
 namespace malha::python {
 
-/// An array (n, k) that owns these rows, without another copy. It cannot be written to: it is no part of a simulation,
-/// and writing to it would change nothing.
+/// Returns an array (n, k) that owns these rows, without another copy. It is read-only, because writing to a copy would
+/// not change the simulation.
 template <class T, std::size_t k>
 pybind11::array_t<T> array_of(std::vector<std::array<T, k>> rows) {
   auto* kept = new std::vector<std::array<T, k>>(std::move(rows));
@@ -36,12 +36,12 @@ pybind11::array_t<T> array_of(const std::vector<T>& values) {
 using Doubles = pybind11::array_t<double, pybind11::array::c_style | pybind11::array::forcecast>;
 using Ints = pybind11::array_t<int, pybind11::array::c_style>;
 
-/// "(4, 3)"
+/// Returns the shape as "(4, 3)".
 inline std::string shape_of(const pybind11::array& array) {
   return pybind11::str(array.attr("shape")).cast<std::string>();
 }
 
-/// For messages: of an array, or of null.
+/// Returns the description of an array, or of null, for messages.
 inline std::string found_in(const pybind11::array& array) {
   return array ? "an array of shape " + shape_of(array) : "what is no array of numbers";
 }
@@ -49,8 +49,8 @@ inline std::string type_of(const pybind11::handle& value) {
   return pybind11::str(pybind11::type::handle_of(value).attr("__name__")).cast<std::string>();
 }
 
-/// What numpy makes of anything, where that is whole numbers or, unless `whole`, real ones; null for others. Texts,
-/// dates, complex and masked numbers would be changed on the way.
+/// Converts an object by numpy to an array of whole numbers or, unless `whole`, real ones; returns null for others.
+/// Texts, dates, complex and masked numbers are not accepted, because the conversion would change them.
 inline pybind11::array numbers_of(const pybind11::handle& given, bool whole) {
   pybind11::array array = pybind11::array::ensure(given);
   if (!array) {
@@ -66,13 +66,13 @@ inline pybind11::array numbers_of(const pybind11::handle& given, bool whole) {
   return array;
 }
 
-/// Real numbers as doubles; null for others.
+/// Converts real numbers to doubles; returns null for others.
 inline Doubles doubles_of(const pybind11::handle& given) {
   const pybind11::array array = numbers_of(given, false);
   return array ? Doubles::ensure(array) : pybind11::reinterpret_steal<Doubles>(nullptr);
 }
 
-/// Anything that numpy makes an array (n, 3) of. Throws InputError, which names `what`, for another shape.
+/// Converts an object by numpy to an array (n, 3). Throws InputError, which names `what`, for another shape.
 inline std::vector<Vec3> rows_of(const pybind11::handle& given, const char* what) {
   const Doubles array = doubles_of(given);
   if (!array || array.ndim() != 2 || array.shape(1) != 3) refuse(what, "", found_in(array), "an array (N, 3)");
@@ -81,7 +81,7 @@ inline std::vector<Vec3> rows_of(const pybind11::handle& given, const char* what
   return rows;
 }
 
-/// Anything that numpy makes a list of whole numbers of. Throws InputError likewise.
+/// Converts an object by numpy to a list of whole numbers. Throws InputError likewise.
 inline std::vector<int> integers_of(const pybind11::handle& given, const char* what, int most_dimensions = 2) {
   const pybind11::array array = numbers_of(given, true);
   if (!array) refuse(what, "", "what is no array of whole numbers", "an array of them");
@@ -99,7 +99,7 @@ inline std::vector<int> integers_of(const pybind11::handle& given, const char* w
   return all;
 }
 
-/// Three numbers. Throws InputError likewise.
+/// Converts an object to three numbers. Throws InputError likewise.
 inline Vec3 vector_of(const pybind11::handle& given, const char* what) {
   const Doubles array = doubles_of(given);
   if (!array || array.ndim() != 1 || array.shape(0) != 3) refuse(what, "", found_in(array), "three numbers");

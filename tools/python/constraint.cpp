@@ -20,9 +20,9 @@ Function shared(const py::object& function) {
           }};
 }
 
-/// What a function gave, as an array of this shape.
-Doubles given(const py::handle& value, const std::string& name, const char* what,
-              const std::vector<py::ssize_t>& shape) {
+/// Converts the result of a function to an array of this shape.
+Doubles result_array(const py::handle& value, const std::string& name, const char* what,
+                     const std::vector<py::ssize_t>& shape) {
   const Doubles array = doubles_of(value);
   std::string wanted;
   for (const py::ssize_t n : shape) wanted += (wanted.empty() ? "(" : ", ") + std::to_string(n);
@@ -33,7 +33,7 @@ Doubles given(const py::handle& value, const std::string& name, const char* what
   return array;
 }
 
-/// Arrays of its own for every call: whoever keeps them sees no later batch.
+/// Calls the function with new arrays each time, so that it may keep them.
 void call(const py::object& function, const std::string& name, int arity, const UserBatch& batch) {
   const py::gil_scoped_acquire hold;
   const py::ssize_t count = batch.count, k = arity;
@@ -43,13 +43,14 @@ void call(const py::object& function, const std::string& name, int arity, const 
   if (!py::isinstance<py::tuple>(result) || py::len(result) != 2)
     refuse("constraint '" + name + "'", "", "a function that gives no pair", "one that gives (C, gradient)");
   const auto pair = result.cast<py::tuple>();
-  const Doubles C = given(pair[0], name, "C", {count}), gradient = given(pair[1], name, "gradient", {count, k, 3});
+  const Doubles C = result_array(pair[0], name, "C", {count}),
+                gradient = result_array(pair[1], name, "gradient", {count, k, 3});
   std::copy_n(C.data(), count, batch.C);
   std::copy_n(gradient.data(), count * k * 3, batch.gradient->data());
 }
 
-PythonConstraint made(const py::object& particles, const py::object& function, double compliance,
-                      const std::string& name, bool check) {
+PythonConstraint make_constraint(const py::object& particles, const py::object& function, double compliance,
+                                 const std::string& name, bool check) {
   const auto wrong = [&](const char* what, const std::string& found, const char* allowed) {
     refuse("constraint '" + name + "'", what, found, allowed);
   };
@@ -63,11 +64,11 @@ PythonConstraint made(const py::object& particles, const py::object& function, d
   if (!array || array.ndim() != 2 || array.shape(1) < 1) wrong("particles", found_in(array), "an array (M, k)");
   PythonConstraint constraint;
   constraint.check = check;
-  UserConstraint& own = constraint.own;
-  own.name = name, own.arity = static_cast<int>(array.shape(1)), own.compliance = compliance;
-  own.particles = integers_of(array, "particles");
+  UserConstraint& definition = constraint.definition;
+  definition.name = name, definition.arity = static_cast<int>(array.shape(1)), definition.compliance = compliance;
+  definition.particles = integers_of(array, "particles");
   constraint.function = shared(function);
-  own.evaluate = [held = constraint.function, name, arity = own.arity](const UserBatch& batch) {
+  definition.evaluate = [held = constraint.function, name, arity = definition.arity](const UserBatch& batch) {
     call(*held, name, arity, batch);
   };
   return constraint;
@@ -83,10 +84,11 @@ void clear(PythonConstraint& constraint) { *constraint.function = py::none(); }
 void add_constraint(py::module_& module) {
   py::class_<PythonConstraint>(
       module, "Constraint", py::custom_type_setup(&collect_cycles<PythonConstraint, visit, clear>),
-      "A constraint C(x) = 0 of your own, to try an idea. It is slow: the function is called for every batch of\n"
+      "A user-defined constraint C(x) = 0, to try an idea. It is slow: the function is called for every batch of\n"
       "constraints that share no particle, in every iteration of every substep. A kernel takes nanoseconds instead.")
       .def(
-          py::init(&made), "particles"_a, "function"_a, "compliance"_a = 0.0, "name"_a = "user", "check"_a = false,
+          py::init(&make_constraint), "particles"_a, "function"_a, "compliance"_a = 0.0, "name"_a = "user",
+          "check"_a = false,
           "particles: whole numbers (M, k), the particles of each constraint, as in Simulation.positions.\n"
           "function(x, which): x is (B, k, 3) in m, a batch of B constraints; which is (B,), their rows in particles.\n"
           "It returns C (B,) and its gradient (B, k, 3). It must depend on its arguments alone, or runs differ.\n"
@@ -95,20 +97,20 @@ void add_constraint(py::module_& module) {
       .def(
           "check",
           [](const PythonConstraint& constraint, const py::object& positions, double tolerance) {
-            check_gradients(constraint.own, rows_of(positions, "positions"), tolerance);
+            check_gradients(constraint.definition, rows_of(positions, "positions"), tolerance);
           },
           "positions"_a, "tolerance"_a = 1e-4,
           "Compares the gradient with central differences at positions (N, 3), m. Raises InputError where one is off "
           "by\n"
           "more than tolerance times the constraint's largest, and says which.")
       .def_property_readonly(
-          "name", [](const PythonConstraint& constraint) { return constraint.own.name; },
+          "name", [](const PythonConstraint& constraint) { return constraint.definition.name; },
           "For messages, plans and reports.")
       .def_property_readonly(
-          "compliance", [](const PythonConstraint& constraint) { return constraint.own.compliance; },
+          "compliance", [](const PythonConstraint& constraint) { return constraint.definition.compliance; },
           "XPBD's alpha, >= 0.")
       .def("__len__", [](const PythonConstraint& constraint) {
-        return constraint.own.particles.size() / static_cast<std::size_t>(constraint.own.arity);
+        return constraint.definition.particles.size() / static_cast<std::size_t>(constraint.definition.arity);
       });
 }
 

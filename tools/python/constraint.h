@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// malha.Constraint: a constraint whose function is Python's.
+// malha.Constraint: a user constraint with a Python function.
 #pragma once
 #include <pybind11/pybind11.h>
 
@@ -10,16 +10,17 @@
 
 namespace malha::python {
 
-/// Copies may be made and dropped by threads that do not hold the interpreter.
+/// A Python function that threads may copy and release without holding the interpreter.
 using Function = std::shared_ptr<pybind11::object>;
 
 struct PythonConstraint {
-  UserConstraint own;
-  Function function;  // that of `own`
+  UserConstraint definition;
+  Function function;  // the one that `definition` calls
   bool check = false;
 };
 
-/// Lets Python's collector find cycles through objects of a class: `visit` and `clear` get what is held, if it is made.
+/// Makes objects of a class visible to Python's cycle collector. `visit` and `clear` are called for initialised
+/// objects.
 template <class T, int (*visit)(T&, visitproc, void*), void (*clear)(T&)>
 void collect_cycles(PyHeapTypeObject* heap) {
   static const auto held = [](PyObject* self) -> T* {

@@ -11,10 +11,10 @@ namespace py = pybind11;
 
 namespace {
 
-// They live as long as the interpreter: a translator has no state of its own.
+// Static, because an exception translator has no state; they live as long as the interpreter.
 PyObject *input_error = nullptr, *out_of_memory = nullptr, *diverged = nullptr;
 
-PyObject* made(py::module_& module, const char* name, const char* doc, const py::object& bases) {
+PyObject* new_exception(py::module_& module, const char* name, const char* doc, const py::object& bases) {
   const std::string full = std::string("malha.") + name;
   PyObject* error = PyErr_NewExceptionWithDoc(full.c_str(), doc, bases.ptr(), nullptr);
   if (!error) throw py::error_already_set();
@@ -26,15 +26,17 @@ PyObject* made(py::module_& module, const char* name, const char* doc, const py:
 
 void add_errors(py::module_& module) {
   const auto builtin = [](PyObject* type) { return py::reinterpret_borrow<py::object>(type); };
-  input_error = made(module, "InputError",
-                     "Input that was refused: the place, what was found and what is allowed, as the command says it.",
-                     py::make_tuple(builtin(PyExc_ValueError)));
-  out_of_memory = made(module, "OutOfMemory", "Input that asks for more memory than there is.",
-                       py::make_tuple(builtin(input_error), builtin(PyExc_MemoryError)));
-  diverged = made(module, "Diverged",
-                  "A run that became non-finite or exploded: at which step, and where. Of its simulation only report() "
-                  "makes sense afterwards.",
-                  py::make_tuple(builtin(PyExc_ArithmeticError)));
+  input_error =
+      new_exception(module, "InputError",
+                    "Input that was refused: the place, what was found and what is allowed, as the command says it.",
+                    py::make_tuple(builtin(PyExc_ValueError)));
+  out_of_memory = new_exception(module, "OutOfMemory", "Input that asks for more memory than there is.",
+                                py::make_tuple(builtin(input_error), builtin(PyExc_MemoryError)));
+  diverged = new_exception(
+      module, "Diverged",
+      "A run that became non-finite or exploded: at which step, and where. Of its simulation only report() "
+      "makes sense afterwards.",
+      py::make_tuple(builtin(PyExc_ArithmeticError)));
   py::register_exception_translator([](std::exception_ptr thrown) {
     try {
       std::rethrow_exception(thrown);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Objects that Python has made and nobody has initialised: X.__new__(X), or a subclass before super().__init__().
+// Refusal of uninitialised objects: of X.__new__(X), or of a subclass before super().__init__().
 #pragma once
 #include <pybind11/pybind11.h>
 
@@ -7,7 +7,7 @@
 
 namespace malha::python {
 
-/// Refuses them as arguments. pybind11's own caster hands out memory that nobody has written.
+/// Refuses uninitialised objects as arguments, for which pybind11's own caster returns uninitialised memory.
 template <class T>
 class InitialisedCaster : public pybind11::detail::type_caster_base<T> {
  public:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Ctrl-C while C++ computes: Python notes the signal, and who holds the interpreter must ask for it.
+// Handling of Ctrl-C while C++ computes: Python records the signal, and code that holds the interpreter must poll it.
 #pragma once
 #include <pybind11/pybind11.h>
 
@@ -7,18 +7,19 @@
 
 namespace malha::python {
 
-class Interrupts {
+class SignalPolling {
  public:
-  /// Whether it is time to ask: that takes the interpreter, for which another thread may let us wait.
-  bool due() const { return std::chrono::steady_clock::now() - asked_ > std::chrono::milliseconds(20); }
-  /// Holding the interpreter. Throws what the signal's handler raised: KeyboardInterrupt.
-  void ask() {
-    asked_ = std::chrono::steady_clock::now();
+  /// Returns whether polling is due. Polling needs the interpreter, which another thread may hold.
+  bool is_due() const { return std::chrono::steady_clock::now() - polled_ > std::chrono::milliseconds(20); }
+  /// Polls the signals; the caller holds the interpreter. Throws the exception of the signal's handler:
+  /// KeyboardInterrupt.
+  void poll() {
+    polled_ = std::chrono::steady_clock::now();
     if (PyErr_CheckSignals() != 0) throw pybind11::error_already_set();
   }
 
  private:
-  std::chrono::steady_clock::time_point asked_ = std::chrono::steady_clock::now();
+  std::chrono::steady_clock::time_point polled_ = std::chrono::steady_clock::now();
 };
 
 }  // namespace malha::python

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The end of the interpreter while other threads compute: they come back to it before it goes, or it would take them
-// down in the midst of C++, which ends the process.
+// Shutdown of the interpreter while other threads compute. They return to the interpreter before it ends, because it
+// would otherwise terminate them within C++, which ends the process.
 #pragma once
 #include <pybind11/pybind11.h>
 
@@ -10,42 +10,42 @@
 
 namespace malha::python {
 
-class Leaving {
+class Shutdown {
  public:
-  /// While it lives the interpreter waits with its end. Made and dropped by who holds it.
-  class Inside {
+  /// While a guard lives, the interpreter does not end. It is made and destroyed while holding the interpreter.
+  class Guard {
    public:
-    Inside() { ++inside(); }
-    ~Inside() { --inside(); }
-    Inside(const Inside&) = delete;
-    Inside& operator=(const Inside&) = delete;
+    Guard() { ++guards(); }
+    ~Guard() { --guards(); }
+    Guard(const Guard&) = delete;
+    Guard& operator=(const Guard&) = delete;
   };
 
-  /// Whether this thread is to come back.
-  static bool now() { return leaving() && std::this_thread::get_id() != last(); }
-  /// Ends this thread, as threading takes it, if it is to come back. Holding the interpreter.
-  static void ask() {
-    if (!now()) return;
+  /// Returns whether this thread must return to the interpreter.
+  static bool is_pending() { return pending() && std::this_thread::get_id() != last_thread(); }
+  /// Ends this thread by SystemExit if it must return; the caller holds the interpreter.
+  static void exit_thread_if_pending() {
+    if (!is_pending()) return;
     PyErr_SetNone(PyExc_SystemExit);
     throw pybind11::error_already_set();
   }
-  /// Python's last thread waits for the others.
-  static void wait() {
-    last() = std::this_thread::get_id(), leaving() = true;
+  /// Waits for the other threads; called by Python's last thread.
+  static void wait_for_threads() {
+    last_thread() = std::this_thread::get_id(), pending() = true;
     const pybind11::gil_scoped_release release;
-    while (inside() > 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    while (guards() > 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
 
  private:
-  static std::atomic<int>& inside() {
+  static std::atomic<int>& guards() {
     static std::atomic<int> count{0};
     return count;
   }
-  static std::atomic<bool>& leaving() {
+  static std::atomic<bool>& pending() {
     static std::atomic<bool> flag{false};
     return flag;
   }
-  static std::thread::id& last() {
+  static std::thread::id& last_thread() {
     static std::thread::id id;
     return id;
   }

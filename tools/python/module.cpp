@@ -21,5 +21,6 @@ PYBIND11_MODULE(malha, module) {
   malha::python::add_simulation(module);
   malha::python::add_run(module);
   malha::python::refuse_arguments_briefly(module);
-  pybind11::module_::import("atexit").attr("register")(pybind11::cpp_function(&malha::python::Leaving::wait));
+  pybind11::module_::import("atexit").attr("register")(
+      pybind11::cpp_function(&malha::python::Shutdown::wait_for_threads));
 }

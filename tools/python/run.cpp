@@ -31,23 +31,23 @@ py::dict run_into(const py::object& source, const std::filesystem::path& out, st
   if (steps) options.steps = *steps;
   options.warn = [&](const std::string& line) { warned.push_back(line); };
   std::atomic<bool> stop{false};
-  std::exception_ptr raised;  // by a signal or by `progress`: the run then ends as by Ctrl-C, and leaves a checkpoint
-  Interrupts interrupts;
+  std::exception_ptr raised;  // by a signal or by `progress`; the run then ends as by Ctrl-C, with a checkpoint
+  SignalPolling interrupts;
   const auto after_step = [&](const Progress& now) {
-    if (Leaving::now()) stop = true;
-    if (progress.is_none() && !interrupts.due() && !stop) return;
+    if (Shutdown::is_pending()) stop = true;
+    if (progress.is_none() && !interrupts.is_due() && !stop) return;
     const py::gil_scoped_acquire hold;
     try {
-      Leaving::ask();
-      if (!progress.is_none() && ends(progress(now.step, now.steps, now.time))) stop = true;
-      interrupts.ask();
+      Shutdown::exit_thread_if_pending();
+      if (!progress.is_none() && ends_loop(progress(now.step, now.steps, now.time))) stop = true;
+      interrupts.poll();
     } catch (...) {
       raised = std::current_exception(), stop = true;
     }
   };
   RunResult result;
   {
-    const Leaving::Inside inside;
+    const Shutdown::Guard inside;
     const py::gil_scoped_release release;
     result = run(scene, simulation_options, options, after_step, stop);
   }

@@ -19,49 +19,49 @@ SimulationOptions options_of(int threads, const std::string& backend) {
   return options;
 }
 
-bool ends(const py::object& said) {
+bool ends_loop(const py::object& said) {
   if (said.is_none()) return false;
   const int truth = PyObject_IsTrue(said.ptr());
   if (truth < 0) throw py::error_already_set();
   return truth == 0;
 }
 
-Running::Running(const py::object& scene, int threads, const std::string& backend, bool interactive,
-                 const py::object& given) {
+PySimulation::PySimulation(const py::object& scene, int threads, const std::string& backend, bool interactive,
+                           const py::object& given) {
   const Scene of = scene_of(scene, py::none());
   SimulationOptions options = options_of(threads, backend);
   options.interactive = interactive;
   for (const py::handle one : given) {
     if (!py::isinstance<PythonConstraint>(one))
       refuse("simulation", "constraints", malha::quoted(type_of(one)), "a list of malha.Constraint");
-    options.constraints.push_back(one.cast<const PythonConstraint&>().own);
+    options.constraints.push_back(one.cast<const PythonConstraint&>().definition);
     constraints.append(one);
   }
   {
-    const Leaving::Inside inside;
+    const Shutdown::Guard inside;
     const py::gil_scoped_release release;
     simulation_.emplace(of, options);
   }
   for (const py::handle one : constraints)
     if (const auto& constraint = one.cast<const PythonConstraint&>(); constraint.check)
-      check_gradients(constraint.own, simulation_->positions());
+      check_gradients(constraint.definition, simulation_->positions());
 }
 
-long long Running::step(const py::object& self, long long n, const py::object& callback) {
+long long PySimulation::step(const py::object& self, long long n, const py::object& callback) {
   if (n < 0) refuse("step", "n", std::to_string(n), "0 or more");
   if (diverged_) throw Diverged(*diverged_ + "; restore_state(), load_checkpoint() or new positions let it go on");
-  const Leaving::Inside inside;
-  Interrupts interrupts;
+  const Shutdown::Guard inside;
+  SignalPolling interrupts;
   long long done = 0;
   try {
     while (done < n) {
       compute([&](Simulation& simulation) {
         do simulation.step(), ++done;
-        while (done < n && callback.is_none() && !interrupts.due() && !Leaving::now());
+        while (done < n && callback.is_none() && !interrupts.is_due() && !Shutdown::is_pending());
       });
-      Leaving::ask();
-      if (!callback.is_none() && ends(callback(self))) break;
-      interrupts.ask();
+      Shutdown::exit_thread_if_pending();
+      if (!callback.is_none() && ends_loop(callback(self))) break;
+      interrupts.poll();
     }
   } catch (const Diverged& error) {
     diverged_ = error.what();
@@ -70,23 +70,23 @@ long long Running::step(const py::object& self, long long n, const py::object& c
   return done;
 }
 
-std::string Running::report(const std::optional<std::string>& status) {
+std::string PySimulation::report(const std::optional<std::string>& status) {
   std::vector<std::string> notes;
   if (diverged_) notes.push_back(*diverged_);
   const std::string word = diverged_ ? "diverged" : status.value_or("running");
   return compute([&](const Simulation& simulation) { return simulation.report(word, notes); });
 }
 
-void Running::restore_state(const py::bytes& state) {
+void PySimulation::restore_state(const py::bytes& state) {
   const auto bytes = static_cast<std::string>(state);
   compute([&](Simulation& simulation) { simulation.restore_state(bytes); });
   diverged_.reset();
 }
-void Running::load_checkpoint(const std::string& path) {
+void PySimulation::load_checkpoint(const std::string& path) {
   compute([&](Simulation& simulation) { simulation.load_checkpoint(path); });
   diverged_.reset();
 }
-void Running::set_positions(const std::vector<Vec3>& x) {
+void PySimulation::set_positions(const std::vector<Vec3>& x) {
   compute([&](Simulation& simulation) { simulation.set_positions(x); });
   diverged_.reset();
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A simulation that Python holds: who may use it when, and what of Python it holds.
+// A simulation owned by Python: exclusive use, and references to Python objects.
 #pragma once
 #include <pybind11/pybind11.h>
 
@@ -14,16 +14,16 @@
 
 namespace malha::python {
 
-class Running {
+class PySimulation {
  public:
-  Running(const pybind11::object& scene, int threads, const std::string& backend, bool interactive,
-          const pybind11::object& constraints);
+  PySimulation(const pybind11::object& scene, int threads, const std::string& backend, bool interactive,
+               const pybind11::object& constraints);
 
-  /// The simulation for one use, between steps. Nobody else gets it meanwhile: neither another thread nor what the use
-  /// calls, as a constraint's function does.
+  /// Exclusive use of the simulation between steps. Neither another thread nor code called by the use, such as a
+  /// constraint's function, can use it meanwhile.
   class Use {
    public:
-    explicit Use(Running& of) : of_(of) {
+    explicit Use(PySimulation& of) : of_(of) {
       if (of_.in_use_)
         throw std::runtime_error(
             "simulation: found a step or another use that is not done yet, by another thread or around this "
@@ -37,20 +37,20 @@ class Running {
     Simulation* operator->() const { return &*of_.simulation_; }
 
    private:
-    Running& of_;
+    PySimulation& of_;
   };
   Use now() { return Use(*this); }
 
-  /// work(simulation), without the interpreter: other threads of Python run meanwhile.
+  /// Calls work(simulation) without holding the interpreter, so that other threads of Python can run.
   template <class Work>
   auto compute(const Work& work) {
     const Use use = now();
-    const Leaving::Inside inside;
+    const Shutdown::Guard inside;
     const pybind11::gil_scoped_release release;
     return work(*use);
   }
 
-  /// At most n steps, fewer where `callback` returns what is false and not None: how many.
+  /// Takes n steps, fewer if `callback` returns a false value other than None; returns how many.
   long long step(const pybind11::object& self, long long n, const pybind11::object& callback);
 
   std::string report(const std::optional<std::string>& status);
@@ -58,23 +58,24 @@ class Running {
   void load_checkpoint(const std::string& path);
   void set_positions(const std::vector<Vec3>& x);
 
-  pybind11::list constraints;  // which C++ shares with them; visited by Python's collector
+  pybind11::list constraints;  // shared with C++, and visited by Python's cycle collector
 
  private:
   std::optional<Simulation> simulation_;
-  bool in_use_ = false;                  // read and written by who holds the interpreter
-  std::optional<std::string> diverged_;  // what was said then
+  bool in_use_ = false;                  // accessed only while holding the interpreter
+  std::optional<std::string> diverged_;  // message of the divergence
 };
 
-/// Whether a callback that gave this ends the loop: False does, numpy's too, and None does not.
-bool ends(const pybind11::object& said);
+/// Returns whether this result of a callback ends the loop: False does, numpy's too, and None does not.
+bool ends_loop(const pybind11::object& said);
 
-/// SimulationOptions of these words. Throws InputError for others.
+/// Returns SimulationOptions. Throws InputError for values that are not allowed.
 SimulationOptions options_of(int threads, const std::string& backend);
 
 }  // namespace malha::python
 
 namespace pybind11::detail {
 template <>
-class type_caster<malha::python::Running> : public malha::python::InitialisedCaster<malha::python::Running> {};
+class type_caster<malha::python::PySimulation> : public malha::python::InitialisedCaster<malha::python::PySimulation> {
+};
 }  // namespace pybind11::detail

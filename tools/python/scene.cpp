@@ -18,7 +18,7 @@ using namespace py::literals;
 
 namespace {
 
-/// What the json module does not know: arrays and numbers of numpy, and scenes.
+/// Converts values that the json module does not support: arrays and numbers of numpy.
 py::object plain(const py::object& value) {
   if (py::hasattr(value, "tolist") && py::hasattr(value, "dtype"))
     if (const auto kind = value.attr("dtype").attr("kind").cast<std::string>(); kind != "M" && kind != "m")
@@ -27,7 +27,8 @@ py::object plain(const py::object& value) {
          "dicts, lists, arrays, texts, numbers, True, False and None");
 }
 
-/// Refuses the first number that JSON does not have. `at`: of the value, as "/bodies/0/mass".
+/// Refuses the first number that is not finite, which JSON cannot represent. `at`: path of the value, as
+/// "/bodies/0/mass".
 void refuse_not_finite(const py::handle& value, const std::string& at) {
   if (py::isinstance<py::dict>(value)) {
     for (const auto& [key, one] : py::reinterpret_borrow<py::dict>(value))
@@ -42,14 +43,14 @@ void refuse_not_finite(const py::handle& value, const std::string& at) {
   }
 }
 
-/// JSON of a dict.
+/// Writes a dict as JSON.
 std::string json_text(const py::dict& scene) {
   try {
     return py::module_::import("json")
         .attr("dumps")(scene, "default"_a = py::cpp_function(plain), "allow_nan"_a = false)
         .cast<std::string>();
   } catch (const py::error_already_set& error) {
-    // A dict in itself has no end.
+    // A dict that contains itself would recurse forever.
     const bool endless = std::string(error.what()).find("Circular") != std::string::npos;
     if (error.matches(PyExc_ValueError) && !endless) refuse_not_finite(scene, "");
     throw;
@@ -60,22 +61,22 @@ std::string path_of(const py::object& path) {
   return py::module_::import("os").attr("fsencode")(path).cast<std::string>();
 }
 
-/// A row of corners in a list, without the -1 that ends a triangle.
+/// Returns a row of corners without the -1 that ends a triangle.
 py::object without_end(const py::object& row) {
   const bool triangle =
       py::isinstance<py::sequence>(row) && py::len(row) == 4 && py::object(row[py::int_(3)]).equal(py::int_(-1));
   return triangle ? py::object(row[py::slice(0, 3, 1)]) : row;
 }
 
-/// A key of a listed shape; lists of lists where faces have 3 and 4 corners.
-void add_corners(py::dict& listed, const char* key, const py::object& given, int least, int most) {
+/// Adds a key of mesh_data; lists of lists if faces have 3 and 4 corners.
+void add_corners(py::dict& mesh_data, const char* key, const py::object& given, int least, int most) {
   if (given.is_none()) return;
   const bool mixed = most > least && py::isinstance<py::list>(given);
   const py::array array = mixed ? py::array() : numbers_of(given, false);
   if (mixed) {
     py::list rows;
     for (const py::handle row : given) rows.append(without_end(py::reinterpret_borrow<py::object>(row)));
-    listed[key] = rows;
+    mesh_data[key] = rows;
     return;
   }
   if (!array) PyErr_Clear();
@@ -84,7 +85,7 @@ void add_corners(py::dict& listed, const char* key, const py::object& given, int
     refuse(
         "body", key, found_in(array) + (array && !whole ? " that are no whole numbers" : ""),
         "whole numbers (N, " + std::to_string(least) + (most > least ? ") or (N, " + std::to_string(most) : "") + ")");
-  if (array.size() > 0) listed[key] = array;
+  if (array.size() > 0) mesh_data[key] = array;
 }
 
 py::dict shape(const py::object& points, const py::object& faces, const py::object& lines,
@@ -94,18 +95,18 @@ py::dict shape(const py::object& points, const py::object& faces, const py::obje
     for (const double number : rows[i])
       if (!(std::abs(number) <= 1e18))
         refuse("body", "points: row " + std::to_string(i), shown(number), "numbers up to 1e18");
-  py::dict listed("points"_a = array_of(rows));
-  add_corners(listed, "faces", faces, 3, 4), add_corners(listed, "lines", lines, 2, 2);
-  add_corners(listed, "tetrahedra", tetrahedra, 4, 4);
-  return py::dict("mesh_data"_a = listed);
+  py::dict mesh_data("points"_a = array_of(rows));
+  add_corners(mesh_data, "faces", faces, 3, 4), add_corners(mesh_data, "lines", lines, 2, 2);
+  add_corners(mesh_data, "tetrahedra", tetrahedra, 4, 4);
+  return py::dict("mesh_data"_a = mesh_data);
 }
 
-/// Rows of corners from an array; -1 ends those that have fewer.
+/// Reads rows of corners from an array; shorter rows end with -1.
 template <class Item>
-std::vector<Item> items_of(const py::dict& listed, const char* key) {
+std::vector<Item> items_of(const py::dict& mesh_data, const char* key) {
   std::vector<Item> items;
-  if (!listed.contains(key)) return items;
-  const auto array = py::array(py::object(listed[key]));
+  if (!mesh_data.contains(key)) return items;
+  const auto array = py::array(py::object(mesh_data[key]));
   const std::vector<int> numbers = integers_of(array, key);
   const std::size_t corners = numbers.empty() ? 1 : static_cast<std::size_t>(array.shape(1));
   for (std::size_t i = 0; i < numbers.size(); i += corners) {
@@ -117,13 +118,14 @@ std::vector<Item> items_of(const py::dict& listed, const char* key) {
   return items;
 }
 
-/// A listed shape whose values are all arrays, as shape() leaves them; none for others, which go through JSON.
+/// Reads mesh_data whose values are all arrays, as shape() makes them; returns none for others, which are converted by
+/// JSON.
 std::optional<MeshDataShape> arrays_of(const py::handle& shape) {
   if (!py::isinstance<py::dict>(shape) || py::len(shape) != 1) return std::nullopt;
   const auto dict = shape.cast<py::dict>();
   if (!dict.contains("mesh_data") || !py::isinstance<py::dict>(dict["mesh_data"])) return std::nullopt;
-  const py::dict listed = dict["mesh_data"];
-  for (const auto& [key, value] : listed) {
+  const py::dict mesh_data = dict["mesh_data"];
+  for (const auto& [key, value] : mesh_data) {
     const std::string name = py::str(key);
     const std::size_t most = name == "points" ? 3 : name == "lines" ? 2 : 4, least = name == "faces" ? 3 : most;
     if (name != "points" && name != "faces" && name != "lines" && name != "tetrahedra") return std::nullopt;
@@ -133,20 +135,20 @@ std::optional<MeshDataShape> arrays_of(const py::handle& shape) {
         static_cast<std::size_t>(array.shape(1)) > most)
       return std::nullopt;
   }
-  if (!listed.contains("points")) return std::nullopt;
-  return MeshDataShape{rows_of(listed["points"], "body: points"), items_of<Quad>(listed, "faces"),
-                       items_of<Edge>(listed, "lines"), items_of<Tetrahedron>(listed, "tetrahedra")};
+  if (!mesh_data.contains("points")) return std::nullopt;
+  return MeshDataShape{rows_of(mesh_data["points"], "body: points"), items_of<Quad>(mesh_data, "faces"),
+                       items_of<Edge>(mesh_data, "lines"), items_of<Tetrahedron>(mesh_data, "tetrahedra")};
 }
 
-/// Arrays that wait to take the place of a small shape of the same kind: JSON would take ten times as long.
-struct Waiting {
+/// Arrays that replace a small placeholder shape after JSON was parsed, because JSON would take ten times as long.
+struct PendingShape {
   bool environment;
   std::size_t index;
   MeshDataShape shape;
 };
 
-/// A copy of the scene's dict with such small shapes.
-py::dict without_arrays(const py::dict& scene, std::vector<Waiting>& waiting) {
+/// Returns a copy of the scene's dict with such placeholder shapes.
+py::dict without_arrays(const py::dict& scene, std::vector<PendingShape>& waiting) {
   py::dict copy = scene.attr("copy")();
   for (const char* const key : {"bodies", "environment"}) {
     if (!copy.contains(key) || !py::isinstance<py::list>(copy[key])) continue;
@@ -195,14 +197,15 @@ Scene scene_of(const py::object& source, const py::object& folder) {
   if (py::isinstance<Scene>(source)) return source.cast<Scene>();
   const std::string from = folder.is_none() ? "" : path_of(folder);
   if (py::isinstance<py::dict>(source)) {
-    std::vector<Waiting> waiting;
+    std::vector<PendingShape> waiting;
     Scene scene = parse_scene(json_text(without_arrays(source.cast<py::dict>(), waiting)), "scene", from);
-    for (Waiting& one : waiting)
+    for (PendingShape& one : waiting)
       (one.environment ? scene.environment[one.index].shape : scene.bodies[one.index].shape) = std::move(one.shape);
     return scene;
   }
-  if (py::isinstance<py::str>(source) &&
-      source.attr("lstrip")(" \t\r\n").attr("startswith")("{").cast<bool>())  // paths may have bytes that are no text
+  if (py::isinstance<py::str>(source) && source.attr("lstrip")(" \t\r\n")
+                                             .attr("startswith")("{")
+                                             .cast<bool>())  // a path may have bytes that are not UTF-8
     return parse_scene(text_of(source), "scene", from);
   if (!folder.is_none()) refuse("scene", "folder", "a folder beside a file", "one beside a dict or a JSON text");
   return load_scene(path_of(source));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// malha.Scene, and bodies from arrays.
+// malha.Scene, and bodies made from arrays.
 #pragma once
 #include <pybind11/pybind11.h>
 
@@ -13,10 +13,10 @@ class type_caster<malha::Scene> : public malha::python::InitialisedCaster<malha:
 
 namespace malha::python {
 
-/// From a path, JSON text, or what Python's json module can write, numpy arrays included.
+/// Returns a scene from a path, JSON text, or a dict that Python's json module can write, with numpy arrays.
 Scene scene_of(const pybind11::object& source, const pybind11::object& folder);
 
-/// JSON text as Python's dicts and lists.
+/// Parses JSON text to Python's dicts and lists.
 pybind11::object parsed(const std::string& json);
 
 void add_scene(pybind11::module_& module);

@@ -19,7 +19,7 @@ namespace malha::python {
 namespace py = pybind11;
 using namespace py::literals;
 
-/// A body of a simulation: which particles and faces are its.
+/// A body of a simulation, with its ranges of particles and faces.
 struct BodyOf {
   std::string name;
   int first = 0, end = 0, first_face = 0, end_face = 0;
@@ -39,8 +39,8 @@ namespace {
 
 py::slice slice(int first, int end) { return {first, end, 1}; }
 
-std::vector<BodyOf> bodies_of(Running& running) {
-  const auto use = running.now();
+std::vector<BodyOf> bodies_of(PySimulation& py_simulation) {
+  const auto use = py_simulation.now();
   const Simulation& simulation = *use;
   const RenderMesh& look = simulation.model().look;
   std::vector<BodyOf> all;
@@ -60,9 +60,9 @@ std::vector<Edge> edges_of(const py::object& given) {
   return edges;
 }
 
-py::list held(Running& running) {
+py::list handle_dicts(PySimulation& py_simulation) {
   py::list all;
-  for (const ParticleHandle& one : running.now()->handles()) {
+  for (const ParticleHandle& one : py_simulation.now()->handles()) {
     py::dict taken("particle"_a = one.particle, "to"_a = py::make_tuple(one.to[0], one.to[1], one.to[2]));
     if (!one.is_held()) taken["compliance"] = one.compliance;
     all.append(taken);
@@ -70,36 +70,37 @@ py::list held(Running& running) {
   return all;
 }
 
-int visit(Running& running, visitproc visitor, void* argument) { return visitor(running.constraints.ptr(), argument); }
-void clear(Running& running) { running.constraints = py::list(); }
+int visit(PySimulation& py_simulation, visitproc visitor, void* argument) {
+  return visitor(py_simulation.constraints.ptr(), argument);
+}
+void clear(PySimulation& py_simulation) { py_simulation.constraints = py::list(); }
 
-using Class = py::class_<Running>;
+using Class = py::class_<PySimulation>;
 
 void add_state(Class& simulation) {
   simulation
       .def_property_readonly(
-          "time", [](Running& s) { return s.now()->time(); }, "Simulated since the start, s.")
+          "time", [](PySimulation& s) { return s.now()->time(); }, "Simulated time since the start, s.")
       .def_property_readonly(
-          "steps", [](Running& s) { return s.now()->steps(); }, "Since the start of the scene.")
+          "steps", [](PySimulation& s) { return s.now()->steps(); }, "Number of steps since the start of the scene.")
       .def_property_readonly(
-          "threads", [](Running& s) { return s.now()->threads(); }, "At most so many.")
+          "threads", [](PySimulation& s) { return s.now()->threads(); }, "Largest number of threads.")
       .def_property(
-          "positions", [](Running& s) { return array_of(s.now()->positions()); },
-          [](Running& s, const py::object& x) { s.set_positions(rows_of(x, "positions")); },
-          "float64 (N, 3), m: one copy, which cannot be written to. All bodies one after the other, in the scene's "
-          "order.\n"
-          "Assign an array (N, 3) to put the particles elsewhere: pins stay where they are put, and what contacts and\n"
-          "sleep remember is forgotten.")
+          "positions", [](PySimulation& s) { return array_of(s.now()->positions()); },
+          [](PySimulation& s, const py::object& x) { s.set_positions(rows_of(x, "positions")); },
+          "float64 (N, 3), m: a read-only copy, with all bodies concatenated in the order of the scene.\n"
+          "Assign an array (N, 3) to move the particles: pins stay where they are put, and the state of contacts and\n"
+          "sleep is reset.")
       .def_property(
-          "velocities", [](Running& s) { return array_of(s.now()->velocities()); },
-          [](Running& s, const py::object& given) {
+          "velocities", [](PySimulation& s) { return array_of(s.now()->velocities()); },
+          [](PySimulation& s, const py::object& given) {
             const std::vector<Vec3> v = rows_of(given, "velocities");
             s.compute([&](Simulation& of) { of.set_velocities(v); });
           },
-          "float64 (N, 3), m/s: a copy likewise, and assigned likewise. Those of pins stay 0, or what keyframes say.")
+          "float64 (N, 3), m/s: a read-only copy, assigned likewise. Pins keep velocity 0, or that of their keyframes.")
       .def_property(
-          "pins", [](Running& s) { return array_of(s.now()->pins()); },
-          [](Running& s, const py::object& given) {
+          "pins", [](PySimulation& s) { return array_of(s.now()->pins()); },
+          [](PySimulation& s, const py::object& given) {
             const std::vector<int> pins = integers_of(given, "pins", 1);
             s.compute([&](Simulation& of) { of.set_pins(pins); });
           },
@@ -112,42 +113,42 @@ void add_state(Class& simulation) {
           "or pins on\n"
           "keyframes or with a release hold or have held.")
       .def_property_readonly(
-          "inverse_masses", [](Running& s) { return array_of(s.now()->inverse_masses()); },
+          "inverse_masses", [](PySimulation& s) { return array_of(s.now()->inverse_masses()); },
           "float64 (N,), 1/kg: 0 where a particle is held now, by a pin or by hand.")
       .def_property(
-          "gravity", [](Running& s) { return py::tuple(py::cast(s.now()->model().scene.gravity)); },
-          [](Running& s, const py::object& given) {
+          "gravity", [](PySimulation& s) { return py::tuple(py::cast(s.now()->model().scene.gravity)); },
+          [](PySimulation& s, const py::object& given) {
             const Vec3 g = vector_of(given, "gravity");
             s.compute([&](Simulation& of) { of.set_gravity(g); });
           },
           "(x, y, z), m/s^2. Assigning it takes a new set-up where levels are used, which are laid out for a weight.")
       .def_property(
           "wind",
-          [](Running& s) -> py::object {
+          [](PySimulation& s) -> py::object {
             const std::optional<Wind> wind = s.now()->model().scene.wind;
             if (!wind) return py::none();
             return py::tuple(py::cast(wind->velocity));
           },
-          [](Running& s, const py::object& u) { s.now()->set_wind(vector_of(u, "wind")); },
+          [](PySimulation& s, const py::object& u) { s.now()->set_wind(vector_of(u, "wind")); },
           "The velocity of the air (x, y, z), m/s; None in a scene without wind, where it cannot be assigned.")
       .def_property_readonly(
-          "faces", [](Running& s) { return array_of(s.now()->model().look.faces); },
+          "faces", [](PySimulation& s) { return array_of(s.now()->model().look.faces); },
           "int32 (F, 4), particles; -1 ends a triangle. A copy. Tears and cuts change it.")
       .def_property_readonly(
           "triangles",
-          [](Running& s) {
+          [](PySimulation& s) {
             return array_of(triangles(Mesh{{}, s.now()->model().look.faces, {}, {}}));
           },
           "int32 (T, 3), particles: the faces, quads as two.")
       .def_property_readonly(
-          "lines", [](Running& s) { return array_of(s.now()->model().look.lines); },
+          "lines", [](PySimulation& s) { return array_of(s.now()->model().look.lines); },
           "int32 (L, 2), particles: edges that belong to no face.")
       .def_property_readonly("bodies", &bodies_of, "A list of Body, in the scene's order.")
       .def_property_readonly(
-          "scene", [](Running& s) { return Scene(s.now()->model().scene); },
+          "scene", [](PySimulation& s) { return Scene(s.now()->model().scene); },
           "The scene, with the gravity and wind that were set last.")
       .def_property_readonly(
-          "state_hash", [](Running& s) { return hex(s.now()->state_hash()); },
+          "state_hash", [](PySimulation& s) { return hex(s.now()->state_hash()); },
           "16 hexadecimal digits, as in report.json: equal runs have equal hashes.");
 }
 
@@ -155,102 +156,97 @@ void add_hand(Class& simulation) {
   simulation
       .def(
           "move_pins",
-          [](Running& s, const py::object& particles, const py::object& to) {
+          [](PySimulation& s, const py::object& particles, const py::object& to) {
             const std::vector<int> which = integers_of(particles, "move_pins: particles");
             s.now()->move_pins(which, rows_of(to, "move_pins: to"));
           },
           "particles"_a, "to"_a,
-          "Puts pinned particles (K,) elsewhere, to (K, 3) in m, between two steps. Raises InputError, and moves "
+          "Moves pinned particles (K,) to positions (K, 3) in m, between two steps. Raises InputError, and moves "
           "none,\n"
           "for one that is not pinned or that keyframes move.")
       .def(
           "hold",
-          [](Running& s, int particle, const py::object& to) {
+          [](PySimulation& s, int particle, const py::object& to) {
             to.is_none() ? s.now()->hold(particle) : s.now()->hold(particle, vector_of(to, "hold: to"));
           },
           "particle"_a, "to"_a = py::none(),
-          "Holds a particle where it is, or at a place (m) to which the next step moves it. Takes interactive=True.")
+          "Holds a particle where it is, or at a position (m) to which the next step moves it. Needs interactive=True.")
       .def(
           "pull",
-          [](Running& s, int particle, const py::object& to, double compliance) {
+          [](PySimulation& s, int particle, const py::object& to, double compliance) {
             s.now()->pull(particle, vector_of(to, "pull: to"), compliance);
           },
           "particle"_a, "to"_a, "compliance"_a,
-          "Pulls a particle to a place (m) by a spring of this compliance (m/N). Takes interactive=True.")
+          "Pulls a particle to a position (m) by a spring of this compliance (m/N). Needs interactive=True.")
       .def(
-          "release", [](Running& s, int particle) { s.now()->release(particle); }, "particle"_a,
-          "Lets go of what hold() or pull() took.")
-      .def("handles", &held, "What hold() and pull() took: a list of dicts.")
+          "release", [](PySimulation& s, int particle) { s.now()->release(particle); }, "particle"_a,
+          "Releases a particle that hold() or pull() took.")
+      .def("handles", &handle_dicts, "The particles that are held or pulled: a list of dicts.")
       .def(
-          "cut", [](Running& s, const py::object& edges) { return s.now()->cut(edges_of(edges)); }, "edges"_a,
+          "cut", [](PySimulation& s, const py::object& edges) { return s.now()->cut(edges_of(edges)); }, "edges"_a,
           "Cuts bodies that name \"tear\" along edges (E, 2), particles (left, right) of the knife. Returns how many\n"
           "vertices were split: each is one more particle, the last of its body.")
       .def(
-          "wake", [](Running& s) { s.now()->wake(); }, "Ends the scene's sleep, if it sleeps.");
+          "wake", [](PySimulation& s) { s.now()->wake(); }, "Ends the scene's sleep, if it sleeps.");
 }
 
 void add_results(Class& simulation) {
   simulation
       .def(
           "measure",
-          [](Running& s) {
+          [](PySimulation& s) {
             return parsed(
                 s.compute([](const Simulation& of) { return measures_json(of.model(), of.solver(), of.times()); }));
           },
           "A dict of strain, momenta, energies, contacts and more, with the names and units of \"state\" in "
           "report.json.")
       .def(
-          "report", [](Running& s, const std::optional<std::string>& status) { return parsed(s.report(status)); },
+          "report", [](PySimulation& s, const std::optional<std::string>& status) { return parsed(s.report(status)); },
           "status"_a = py::none(),
-          "What report.json would hold, as a dict; its \"status\" is \"running\", \"diverged\", or what is given.")
+          "The contents of report.json as a dict; its \"status\" is \"running\", \"diverged\", or the argument.")
       .def(
-          "warnings", [](Running& s) { return warnings(s.now()->model()); },
+          "warnings", [](PySimulation& s) { return warnings(s.now()->model()); },
           "A list of lines: settings beyond a boundary at which a method is known to fail. Empty: none is known.")
       .def(
-          "plan", [](Running& s) { return parsed(plan_json(*s.now())); },
-          "A dict of what runs: solver, constraints, batches, launches a step, bytes by owner.")
+          "plan", [](PySimulation& s) { return parsed(plan_json(*s.now())); },
+          "A dict of what runs: solver, constraints, colours, launches a step, memory by owner.")
       .def(
-          "plan_text",
-          [](Running& s) {
-            const auto use = s.now();
-            return plan(*use) + list_launches(*use);
-          },
-          "What `malha plan` prints.")
+          "plan_text", [](PySimulation& s) { return plan(*s.now()); }, "What `malha plan` prints.")
       .def(
           "failed_expectations",
-          [](Running& s) { return s.compute([](const Simulation& of) { return of.failed_expectations(); }); },
+          [](PySimulation& s) { return s.compute([](const Simulation& of) { return of.failed_expectations(); }); },
           "The expectations of the scene (\"expect\") that the present state does not meet, a line each.")
       .def(
           "constraint_values",
-          [](Running& s, std::size_t index) {
+          [](PySimulation& s, std::size_t index) {
             if (index >= s.constraints.size()) throw py::index_error("constraint_values: no such constraint");
             return array_of(s.compute([&](const Simulation& of) { return of.constraint_values(index); }));
           },
           "index"_a = 0, "float64 (M,): C of each constraint of constraints[index] in the present state.")
       .def(
           "save_checkpoint",
-          [](Running& s, const std::filesystem::path& path) {
+          [](PySimulation& s, const std::filesystem::path& path) {
             s.compute([&](const Simulation& of) { of.save_checkpoint(path.string()); });
           },
           "path"_a,
-          "Writes everything that the next step depends on, but for what save_state() leaves out too, whole or not at "
+          "Writes everything that the next step depends on, except what save_state() leaves out, completely or not at "
           "all.")
       .def(
-          "load_checkpoint", [](Running& s, const std::filesystem::path& path) { s.load_checkpoint(path.string()); },
-          "path"_a,
-          "Goes on from a checkpoint of the same scene with the very same bits. Raises InputError for another one.")
+          "load_checkpoint",
+          [](PySimulation& s, const std::filesystem::path& path) { s.load_checkpoint(path.string()); }, "path"_a,
+          "Continues from a checkpoint of the same scene with the same bits. Raises InputError for another one.")
       .def(
           "save_state",
-          [](Running& s) { return py::bytes(s.compute([](const Simulation& of) { return of.save_state(); })); },
-          "Everything that the next step depends on, as bytes, but for what is taken by hand, gravity, wind and pins.")
-      .def("restore_state", &Running::restore_state, "state"_a,
-           "Restores what save_state() returned for the same scene: the very same bits follow as did then.");
+          [](PySimulation& s) { return py::bytes(s.compute([](const Simulation& of) { return of.save_state(); })); },
+          "Everything that the next step depends on, as bytes, except handles, gravity, wind and pins.")
+      .def("restore_state", &PySimulation::restore_state, "state"_a,
+           "Restores what save_state() returned for the same scene; the same bits follow.");
 }
 
 }  // namespace
 
 void add_simulation(py::module_& module) {
-  py::class_<BodyOf>(module, "Body", "A body of a simulation: which particles and faces are its.")
+  py::class_<BodyOf>(module, "Body", "A body of a simulation, with its particles and faces.")
       .def_readonly("name", &BodyOf::name, "As in the scene.")
       .def_property_readonly(
           "particles", [](const BodyOf& b) { return slice(b.first, b.end); }, "A slice of Simulation.positions.")
@@ -264,7 +260,7 @@ void add_simulation(py::module_& module) {
         return "<malha.Body '" + b.name + "', " + counted(static_cast<std::size_t>(b.end - b.first), "particle") + ">";
       });
   Class simulation(
-      module, "Simulation", py::custom_type_setup(&collect_cycles<Running, visit, clear>),
+      module, "Simulation", py::custom_type_setup(&collect_cycles<PySimulation, visit, clear>),
       "A scene that is simulated step by step. One thread at a time may use it; several may each have one.");
   simulation
       .def(
@@ -277,7 +273,7 @@ void add_simulation(py::module_& module) {
       .def(
           "step",
           [](const py::object& self, long long n, const py::object& callback) {
-            return self.cast<Running&>().step(self, n, callback);
+            return self.cast<PySimulation&>().step(self, n, callback);
           },
           "n"_a = 1, "callback"_a = py::none(),
           "Advances by n steps of the scene's dt, and returns how many were done. callback(simulation) is called "
@@ -285,7 +281,7 @@ void add_simulation(py::module_& module) {
           "each step, and ends the loop where what it returns is false (but None goes on). Ctrl-C raises "
           "KeyboardInterrupt after a whole step.\n"
           "Other threads of Python run meanwhile. Raises Diverged.")
-      .def("__repr__", [](Running& s) {
+      .def("__repr__", [](PySimulation& s) {
         const auto use = s.now();
         return "<malha.Simulation '" + use->model().scene.name + "', " + counted(use->model().x.size(), "particle") +
                ", " + shown(use->time()) + " s>";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// malha.Simulation, and whole runs into a folder.
+// malha.Simulation, and malha.run, which writes a whole run to a folder.
 #pragma once
 #include <pybind11/pybind11.h>
 

@@ -11,7 +11,7 @@ namespace {
 
 bool is_bending(const std::string& type) { return type == "bending" || type == "isometric_bending"; }
 
-/// Whether Desbrun's method has anything to project: its iterations are for that alone.
+/// Returns whether Desbrun's method has constraints to project, for which alone it has iterations.
 bool projects(const Scene& scene) {
   if (!scene.environment.empty() || scene.self_collision) return true;
   for (const BodySpec& body : scene.bodies) {
@@ -54,14 +54,14 @@ bool has_compliance(const Scene& scene) {
   return false;
 }
 
-/// Whether levels act on any of its bodies, where sweeps are as few as they may be.
+/// Returns whether levels act on any body with the fewest sweeps.
 bool can_use_levels(Scene scene) {
   if (scene.solver.type != "pbd" || scene.solver.levels == 0) return false;
   scene.solver.substeps = scene.solver.iterations = 1;
   return !Simulation(scene, {.threads = 1}).solver().facts().levels.empty();
 }
 
-/// Without levels, and with those that the scene names or, where it wants none, with those that help by themselves.
+/// Adds PBD without levels, and with those of the scene, or with automatic levels if it has none.
 void add_pbd_and_levels(std::vector<Scene>& methods, const Scene& scene) {
   Scene with = scene, without = scene;
   if (with.solver.levels == 0) with.solver.levels = kAutoLevels;
@@ -72,7 +72,7 @@ void add_pbd_and_levels(std::vector<Scene>& methods, const Scene& scene) {
 
 }  // namespace
 
-std::string words_of(const Scene& scene) {
+std::string method_name(const Scene& scene) {
   const SolverSpec& solver = scene.solver;
   const std::string precision = solver.precision == Precision::Double ? ", double" : ", float";
   const std::string iterations = ", " + counted(solver.iterations, "iteration");
@@ -90,7 +90,7 @@ std::string words_of(const Scene& scene) {
          refine + (projects(scene) ? iterations : "") + precision;
 }
 
-Scene by_pbd(const Scene& scene, std::string& why) {
+Scene to_pbd(const Scene& scene, std::string& why) {
   Scene other = scene;
   other.solver.type = "pbd", other.solver.desbrun = {};
   if (scene.solver.type == "pbd") return other;
@@ -108,7 +108,7 @@ Scene by_pbd(const Scene& scene, std::string& why) {
 std::vector<Scene> tune_methods(const Scene& scene, std::vector<std::string>& left_out) {
   std::vector<Scene> methods;
   std::string why;
-  const Scene pbd = by_pbd(scene, why);
+  const Scene pbd = to_pbd(scene, why);
   if (why.empty())
     add_pbd_and_levels(methods, pbd);
   else

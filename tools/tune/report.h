@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What malha tune says and writes.
+// Output of malha tune as text and JSON.
 #pragma once
 #include <nlohmann/json.hpp>
 #include <string>
@@ -8,13 +8,13 @@
 
 namespace malha::study {
 
-/// Reference, a line a trial, the best one marked, and what was left out.
-std::string tune_table(const Tuned& tuned, const TuneOptions& options);
+/// Returns a table of the reference and the trials, with the best one marked, and the methods that were left out.
+std::string tune_table(const TuneResult& tuned, const TuneOptions& options);
 
-/// Why there is no tuned scene: one line.
-std::string why_not_tuned(const Tuned& tuned, const TuneOptions& options);
+/// Returns one line that says why there is no tuned scene.
+std::string why_not_tuned(const TuneResult& tuned, const TuneOptions& options);
 
-/// The same with all numbers: {error_m, seconds, threads, reference: {...}, trials: [...], best, left_out}.
-nlohmann::ordered_json tune_json(const Tuned& tuned, const TuneOptions& options);
+/// Returns the same with all numbers: {error_m, seconds, threads, reference: {...}, trials: [...], best, left_out}.
+nlohmann::ordered_json tune_json(const TuneResult& tuned, const TuneOptions& options);
 
 }  // namespace malha::study

@@ -16,8 +16,8 @@ namespace malha::study {
 
 namespace {
 
-/// Of all but the slowest tenth, which other programs have made slow; the mean, ms.
-double usual_ms(std::vector<double> steps) {
+/// Returns the mean of all but the slowest tenth, which other programs may have slowed down, ms.
+double trimmed_mean_ms(std::vector<double> steps) {
   if (steps.empty()) return 0;
   std::sort(steps.begin(), steps.end());
   steps.resize(steps.size() - std::min((steps.size() + 9) / 10, steps.size() - 1));
@@ -57,7 +57,7 @@ TuneRun tune_run(const Scene& scene, const std::vector<int>& moments, int thread
   Simulation simulation(scene, {.threads = threads});
   const SolverSpec& solver = scene.solver;
   TuneRun run;
-  std::vector<double> ms;  // of steps
+  std::vector<double> ms;  // durations of the steps
   run.sweeps = solver.substeps *
                (solver.type == "desbrun" ? 1 + solver.desbrun.refinement_iterations : solver.iterations) / solver.dt;
   const bool keeps = keeps_energy(scene);
@@ -67,15 +67,15 @@ TuneRun tune_run(const Scene& scene, const std::vector<int>& moments, int thread
       if (stop) throw Interrupted();
       ms.push_back(1000 * seconds([&] { simulation.step(); }));
       if (std::binary_search(moments.begin(), moments.end(), step)) run.at.push_back(simulation.positions());
-      // What it will take at least, as if the steps to come cost nothing.
-      run.given_up = step < moments.back() && usual_ms(ms) * step / moments.back() > most_ms * solver.dt;
-      if (run.given_up) break;
+      // A lower bound of the cost, as if the remaining steps cost nothing.
+      run.abandoned = step < moments.back() && trimmed_mean_ms(ms) * step / moments.back() > most_ms * solver.dt;
+      if (run.abandoned) break;
     }
-    if (keeps && !run.given_up) run.lost = start - simulation.measure().energy();
+    if (keeps && !run.abandoned) run.energy_loss = start - simulation.measure().energy();
   } catch (const Diverged&) {
     run.diverged = true;
   }
-  run.ms = usual_ms(ms) / solver.dt;
+  run.ms = trimmed_mean_ms(ms) / solver.dt;
   return run;
 }
 
@@ -84,7 +84,7 @@ TuneRun extrapolated(const TuneRun& fine, const TuneRun& coarse) {
   for (std::size_t k = 0; k < limit.at.size(); ++k)
     for (std::size_t i = 0; i < limit.at[k].size(); ++i)
       for (int c = 0; c < 3; ++c) limit.at[k][i][c] += fine.at[k][i][c] - coarse.at[k][i][c];
-  if (fine.lost && coarse.lost) limit.lost = 2 * *fine.lost - *coarse.lost;
+  if (fine.energy_loss && coarse.energy_loss) limit.energy_loss = 2 * *fine.energy_loss - *coarse.energy_loss;
   return limit;
 }
 

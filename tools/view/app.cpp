@@ -18,14 +18,14 @@ namespace malha::view {
 
 namespace {
 
-constexpr Colour kGrip{255, 210, 60}, kPin{230, 60, 60}, kLost{255, 30, 30};
+constexpr Colour kHandle{255, 210, 60}, kPin{230, 60, 60}, kDiverged{255, 30, 30};
 
 Vec3 vec3(const Eigen::Vector3d& a) { return {a.x(), a.y(), a.z()}; }
 
 }  // namespace
 
 App::App(const WindowOptions& options, bool in_software, float scale)
-    : options_(options), session_(options.simulation), panels_(scale), coarse_while_moving_(in_software) {
+    : options_(options), session_(options.simulation), panels_(scale), decimates_while_moving_(in_software) {
   choices_.scenes = scenes_near(options.scenes.empty() ? "" : options.scenes[0]);
   if (!options.scenes.empty()) session_.open(options.scenes[0]);
   if (options.scenes.size() == 2) session_.compare(load_scene(options.scenes[1]));
@@ -37,9 +37,9 @@ std::string App::title() const {
   const int substep = side.frame->substep;
   return side.scene->name + ": step " + std::to_string(side.frame->steps) +
          (substep > 0 ? ", substep " + std::to_string(substep) : "") + ", " + shown(side.frame->time) + " s, " +
-         (side.lost >= 0 ? "diverged"
-          : now_.running ? "running"
-                         : "paused") +
+         (side.diverged_particle >= 0 ? "diverged"
+          : now_.running              ? "running"
+                                      : "paused") +
          " - malha";
 }
 
@@ -63,16 +63,17 @@ void App::lay_out(int width, int height) {
 void App::show_all() {
   std::vector<std::shared_ptr<const Frame>> frames;
   for (const SideShown& side : now_.sides) frames.push_back(side.frame);
-  camera_.frame(places_of_all(frames), ports_[0].aspect());
+  camera_.frame(points_to_frame(frames), ports_[0].aspect());
 }
 
 void App::frame(int width, int height) {
   const std::int64_t before = now_.version;
-  now_ = session_.look();
+  now_ = session_.snapshot();
   still_ = before == now_.version ? still_ + 1 : 0;
   const std::size_t sides = ports_.size();
   lay_out(width, height);
-  if (!now_.sides.empty() && sides > 0 && ports_.size() != sides) show_all();  // each is narrower, or wider
+  if (!now_.sides.empty() && sides > 0 && ports_.size() != sides)
+    show_all();  // because the width of each side has changed
   if (!now_.sides.empty() && framed_ != now_.sides[0].scene) {
     const bool other = !framed_ || framed_->name != now_.sides[0].scene->name;
     framed_ = now_.sides[0].scene;
@@ -85,8 +86,8 @@ void App::frame(int width, int height) {
   panels(width, height);
   mouse();
   const Eigen::Matrix4d seen = camera_.view();
-  const bool moves = now_.running || taken_ || knife_ || still_ <= 2 || seen != seen_;
-  seen_ = seen, coarse_ = coarse_while_moving_ && moves && !picture_;
+  const bool moves = now_.running || dragged_ || knife_ || still_ <= 2 || seen != seen_;
+  seen_ = seen, decimated_ = decimates_while_moving_ && moves && !picture_;
   glViewport(0, 0, width, height);
   glClearColor(0.87f, 0.89f, 0.92f, 1);
   glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
@@ -100,34 +101,35 @@ void App::frame(int width, int height) {
 
 void App::draw_side(std::size_t s, int height) {
   const SideShown& side = now_.sides[s];
-  Coloured coloured = view::coloured(*side.frame, *side.looks, choices_.look);
-  Picture picture{side.frame.get(), std::move(coloured.colours), choices_.surface, std::move(coloured.marks), coarse_};
+  Coloured coloured = view::coloured(*side.frame, *side.fields, choices_.field);
+  Picture picture{side.frame.get(), std::move(coloured.colours), choices_.surface, std::move(coloured.marks),
+                  decimated_};
   add_marks(side, picture.marks);
   painters_[s].draw(picture, camera_, ports_[s], height);
   coloured_.push_back(std::move(coloured));
 }
 
 void App::add_marks(const SideShown& side, Marks& marks) const {
-  const auto ball = [&](const Place& at, const Colour& colour) {
+  const auto ball = [&](const Point3f& at, const Colour& colour) {
     marks.balls.push_back(at), marks.ball_colours.push_back(colour);
   };
   if (choices_.pins)
     for (const unsigned i : side.frame->body->pinned) ball(side.frame->x[i], kPin);
-  for (const auto& [particle, grip] : side.grips) {
+  for (const auto& [particle, handle] : side.handles) {
     if (std::size_t(particle) >= side.frame->x.size()) continue;
-    ball(side.frame->x[particle], grip.firm ? kPin : kGrip);
-    if (grip.firm) continue;
-    ball(place_of(grip.to), kGrip);
-    marks.lines.insert(marks.lines.end(), {side.frame->x[particle], place_of(grip.to)});
-    marks.line_colours.insert(marks.line_colours.end(), {kGrip, kGrip});
+    ball(side.frame->x[particle], handle.is_held ? kPin : kHandle);
+    if (handle.is_held) continue;
+    ball(to_point3f(handle.to), kHandle);
+    marks.lines.insert(marks.lines.end(), {side.frame->x[particle], to_point3f(handle.to)});
+    marks.line_colours.insert(marks.line_colours.end(), {kHandle, kHandle});
   }
-  const bool lost = side.lost >= 0 && std::size_t(side.lost) < side.frame->x.size();
-  if (lost && std::fmod(ImGui::GetTime(), 0.6) < 0.35) ball(side.frame->x[side.lost], kLost);
+  const bool is_diverged = side.diverged_particle >= 0 && std::size_t(side.diverged_particle) < side.frame->x.size();
+  if (is_diverged && std::fmod(ImGui::GetTime(), 0.6) < 0.35) ball(side.frame->x[side.diverged_particle], kDiverged);
 }
 
 std::optional<std::size_t> App::side_at(double x, double y) const {
   for (std::size_t s = 0; s < now_.sides.size(); ++s)
-    if (ports_[s].holds(x, y)) return s;
+    if (ports_[s].contains(x, y)) return s;
   return std::nullopt;
 }
 
@@ -135,9 +137,9 @@ void App::mouse() {
   const ImGuiIO& io = ImGui::GetIO();
   const double x = io.MousePos.x, y = io.MousePos.y;
   const double tall = ports_[0].height;
-  if (!ImGui::IsMouseDown(0) && taken_) {
-    if (!taken_->firm) session_.release(alike(taken_->side), taken_->particle);
-    taken_.reset();
+  if (!ImGui::IsMouseDown(0) && dragged_) {
+    if (!dragged_->is_held) session_.release(sides_to_pull(dragged_->side), dragged_->particle);
+    dragged_.reset();
   }
   if (!ImGui::IsMouseDown(0)) knife_.reset();
   if (!ImGui::IsMouseDown(0) && !ImGui::IsMouseDown(1)) orbits_ = false;
@@ -149,7 +151,7 @@ void App::mouse() {
     if (side && ImGui::IsMouseClicked(2)) pans_ = true;
     if (io.MouseWheel != 0) camera_.zoom(std::pow(0.88, io.MouseWheel));
   }
-  if (taken_ || knife_) return drag(x, y);
+  if (dragged_ || knife_) return drag(x, y);
   if (orbits_) camera_.orbit(3 * io.MouseDelta.x / tall, 3 * io.MouseDelta.y / tall);
   if (pans_) camera_.pan(io.MouseDelta.x / tall, -io.MouseDelta.y / tall);
 }
@@ -171,58 +173,59 @@ void App::press(std::size_t side, double x, double y) {
     return;
   }
   if (io.KeyCtrl) return pin_or_release(side, *particle);
-  const Place& at = frame.x[*particle];
+  const Point3f& at = frame.x[*particle];
   const double depth = camera_.on_screen(ports_[side], {at[0], at[1], at[2]}).z();
-  const auto grip = now_.sides[side].grips.find(*particle);
-  taken_ = {side, *particle, depth, grip != now_.sides[side].grips.end() && grip->second.firm};
+  const auto handle = now_.sides[side].handles.find(*particle);
+  dragged_ = {side, *particle, depth, handle != now_.sides[side].handles.end() && handle->second.is_held};
 }
 
 void App::drag(double x, double y) {
-  if (taken_) {
+  if (dragged_) {
     const ImVec2 moved = ImGui::GetMouseDragDelta(0, 0);
     if (moved.x == 0 && moved.y == 0) return;
-    session_.grip(alike(taken_->side), taken_->particle, vec3(camera_.at(ports_[taken_->side], x, y, taken_->depth)),
-                  taken_->firm);
+    session_.set_handle(sides_to_pull(dragged_->side), dragged_->particle,
+                        vec3(camera_.at(ports_[dragged_->side], x, y, dragged_->depth)), dragged_->is_held);
     return;
   }
   const std::array<double, 2> to{x, y};
   if (std::hypot(to[0] - (*knife_)[0], to[1] - (*knife_)[1]) < 4) return;
   if (const std::optional<std::size_t> side = side_at(x, y)) {
-    const std::vector<Edge> edges = crossed(*now_.sides[*side].frame, camera_, ports_[*side], *knife_, to);
+    const std::vector<Edge> edges = edges_crossed(*now_.sides[*side].frame, camera_, ports_[*side], *knife_, to);
     if (!edges.empty()) session_.cut(*side, edges);
   }
   knife_ = to;
 }
 
 void App::pin_or_release(std::size_t side, int particle) {
-  const auto& grips = now_.sides[side].grips;
-  if (grips.contains(particle)) return session_.release(alike(side), particle);
-  const Place& at = now_.sides[side].frame->x[particle];
-  session_.grip(alike(side), particle, {at[0], at[1], at[2]}, true);
+  const auto& handles = now_.sides[side].handles;
+  if (handles.contains(particle)) return session_.release(sides_to_pull(side), particle);
+  const Point3f& at = now_.sides[side].frame->x[particle];
+  session_.set_handle(sides_to_pull(side), particle, {at[0], at[1], at[2]}, true);
 }
 
-/// Two sides with the same bodies are pulled alike, to be compared; of others that where the mouse is.
-std::vector<std::size_t> App::alike(std::size_t side) const {
+/// Returns both sides if they have the same bodies, so that a comparison pulls both alike; otherwise the side under the
+/// mouse.
+std::vector<std::size_t> App::sides_to_pull(std::size_t side) const {
   if (now_.sides.size() < 2) return {side};
   const SideShown &one = now_.sides[0], &other = now_.sides[1];
   const auto& a = one.scene->bodies;
   const auto& b = other.scene->bodies;
   const auto same_name = [](const BodySpec& left, const BodySpec& right) { return left.name == right.name; };
   const bool same = std::equal(a.begin(), a.end(), b.begin(), b.end(), same_name) &&
-                    one.frame->body->look.body_begin == other.frame->body->look.body_begin;
+                    one.frame->body->mesh.body_begin == other.frame->body->mesh.body_begin;
   return same ? std::vector<std::size_t>{0, 1} : std::vector<std::size_t>{side};
 }
 
 void App::key(int key, int held) {
-  // A field that was left in the last picture still wants text in this one.
+  // A text field that lost the focus in the last frame still reports WantTextInput in this one.
   if (ImGui::GetIO().WantTextInput && ImGui::IsAnyItemActive()) return;
   if (held & GLFW_MOD_CONTROL) return command_key(key);
   const auto toggle = [&](Surface surface) {
     choices_.surface = choices_.surface == surface ? Surface::Shaded : surface;
   };
-  if (key >= GLFW_KEY_1 && key < GLFW_KEY_1 + int(kLookNames.size())) {
-    choices_.look = Look(key - GLFW_KEY_1);
-    session_.set_look(choices_.look);
+  if (key >= GLFW_KEY_1 && key < GLFW_KEY_1 + int(kVisualFieldNames.size())) {
+    choices_.field = VisualField(key - GLFW_KEY_1);
+    session_.set_visual_field(choices_.field);
   }
   const ImVec2 cursor = ImGui::GetIO().MousePos;
   if (key == GLFW_KEY_F1) choices_.help = !choices_.help;
@@ -245,7 +248,7 @@ void App::key(int key, int held) {
 }
 
 void App::command_key(int key) {
-  if (key == GLFW_KEY_Q) quits_ = true;
+  if (key == GLFW_KEY_Q) should_quit_ = true;
   if (key == GLFW_KEY_S) save();
 }
 
@@ -253,7 +256,7 @@ void App::save() {
   if (now_.sides.empty()) return;
   try {
     const auto scene = free_name("scene", ".json");
-    const auto run = std::filesystem::path(scene).replace_extension("");  // the folder from which malha run resumes
+    const auto run = std::filesystem::path(scene).replace_extension("");  // the folder for malha run --resume
     make_folder(run);
     session_.save(choices_.side, scene.string(), (run / "checkpoint.malha").string());
   } catch (const std::exception& error) {
@@ -264,7 +267,7 @@ void App::save() {
 void App::throw_ball_at(double x, double y) {
   const std::optional<std::size_t> side = side_at(x, y);
   if (!side) return;
-  constexpr double kFlight = 0.5;  // s, until it is where the camera looks
+  constexpr double kFlight = 0.5;  // s, flight time to the cursor at the distance of the camera's target
   const double far = camera_.distance();
   const Eigen::Vector3d from = camera_.eye() - 0.25 * far * camera_.up();
   const Eigen::Vector3d goal = camera_.at(ports_[*side], x, y, far);
@@ -321,7 +324,7 @@ void App::panels(int width, int height) {
   begin("timeline", left, float(height) - bottom, float(width) - left - right, bottom);
   timeline(now_, session_);
   const std::string& line = now_.doing.empty() ? now_.message : now_.doing + " ...";
-  const ImVec4 colour = now_.doing.empty() && now_.trouble ? ImVec4(1, 0.5f, 0.4f, 1) : ImVec4(0.8f, 0.8f, 0.8f, 1);
+  const ImVec4 colour = now_.doing.empty() && now_.is_error ? ImVec4(1, 0.5f, 0.4f, 1) : ImVec4(0.8f, 0.8f, 0.8f, 1);
   ImGui::PushStyleColor(ImGuiCol_Text, colour);
   ImGui::TextWrapped("%s", line.c_str());
   ImGui::PopStyleColor();
@@ -329,7 +332,7 @@ void App::panels(int width, int height) {
   help_panel(choices_);
 }
 
-/// Axes, a scale in metres, the colours' legend, and whose side this is.
+/// Draws axes, a scale in metres, the legend of the colours, and the settings of the side.
 void App::overlay(std::size_t s) {
   ImDrawList* draw = ImGui::GetBackgroundDrawList();
   const Viewport& port = ports_[s];
@@ -359,7 +362,7 @@ void App::overlay(std::size_t s) {
   const float x = float(port.left) + 12;
   const float room = std::max(float(port.left + port.width) - x - 8, 60 * unit);
   float y = float(port.top) + 10;
-  const auto say = [&](const std::string& text) {  // in lines that stay within the side
+  const auto say = [&](const std::string& text) {  // wrapped to the width of the side
     draw->AddText(nullptr, 0, {x, y}, ink, text.c_str(), nullptr, room);
     y += ImGui::CalcTextSize(text.c_str(), nullptr, false, room).y + 4;
   };
@@ -369,9 +372,9 @@ void App::overlay(std::size_t s) {
     std::snprintf(times, sizeof times, "dt %.4g s, %.3g ms a step", solver.dt, now_.sides[s].frame->step_ms);
     say(solver.type + ", " + counted(solver.substeps, "substep")), say(times);
   }
-  if (const Body& body = *now_.sides[s].frame->body; coarse_ && body.coarse) {
-    const std::string drawn = "while it moves " + std::to_string(body.coarse->particles.size()) + " of " +
-                              std::to_string(body.look.points.size()) + " particles are drawn";
+  if (const Body& body = *now_.sides[s].frame->body; decimated_ && body.decimated) {
+    const std::string drawn = "while it moves " + std::to_string(body.decimated->particles.size()) + " of " +
+                              std::to_string(body.mesh.points.size()) + " particles are drawn";
     say(drawn);
   }
   if (!coloured.most) return say(coloured.legend);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One frame of the window after the other.
+// The window's contents: draws one frame after the other and handles mouse and keys.
 #pragma once
 #include <array>
 #include <deque>
@@ -16,31 +16,31 @@ namespace malha::view {
 
 class App {
  public:
-  /// `in_software`: pictures are drawn without a GPU. `scale`: how many times larger the display shows things.
+  /// `in_software`: OpenGL renders on the CPU. `scale`: the display's scale factor.
   App(const WindowOptions& options, bool in_software, float scale);
 
-  /// Draws everything into a window of so many pixels, and does what mouse and keys say.
+  /// Draws everything into a window of this size (pixels), and handles the mouse.
   void frame(int width, int height);
-  /// After it lies in the window's back buffer.
+  /// Saves a requested picture; called when the frame is in the back buffer.
   void drawn(int width, int height);
-  /// A key of GLFW went down, or repeats; `held`: GLFW's bits of Ctrl and the like.
+  /// Handles a GLFW key that was pressed or repeats. `held`: GLFW's modifier bits.
   void key(int key, int held);
-  /// A file was dropped on the window.
+  /// Opens a file that was dropped on the window.
   void drop(const std::string& path);
 
   std::string title() const;
-  bool quits() const { return quits_; }
-  bool runs() const { return now_.running; }
-  /// Whether nothing changes until somebody does something.
-  bool rests() const { return !now_.running && now_.doing.empty() && still_ > 3; }
+  bool should_quit() const { return should_quit_; }
+  bool is_running() const { return now_.running; }
+  /// Returns whether nothing changes until the next input.
+  bool is_idle() const { return !now_.running && now_.doing.empty() && still_ > 3; }
 
  private:
-  /// A particle that the mouse has taken.
-  struct Taken {
+  /// A particle that the mouse drags.
+  struct Drag {
     std::size_t side;
     int particle;
     double depth;  // m
-    bool firm;
+    bool is_held;
   };
 
   void lay_out(int width, int height);
@@ -51,7 +51,7 @@ class App {
   void mouse();
   void press(std::size_t side, double x, double y);
   void drag(double x, double y);
-  std::vector<std::size_t> alike(std::size_t side) const;
+  std::vector<std::size_t> sides_to_pull(std::size_t side) const;
   void pin_or_release(std::size_t side, int particle);
   void throw_ball_at(double x, double y);
   std::filesystem::path free_name(const std::string& stem, const std::string& extension) const;
@@ -69,14 +69,14 @@ class App {
   Panels panels_;
   std::deque<Painter> painters_;
   std::vector<Viewport> ports_;
-  std::shared_ptr<const Scene> framed_;  // the scene whose camera was set
-  std::optional<Taken> taken_;
-  std::optional<std::array<double, 2>> knife_;  // where the stroke was last
-  bool orbits_ = false, pans_ = false, picture_ = false, quits_ = false;
+  std::shared_ptr<const Scene> framed_;  // the scene for which the camera was set
+  std::optional<Drag> dragged_;
+  std::optional<std::array<double, 2>> knife_;  // last position of the cut's stroke
+  bool orbits_ = false, pans_ = false, picture_ = false, should_quit_ = false;
   std::vector<Coloured> coloured_;
-  Eigen::Matrix4d seen_ = Eigen::Matrix4d::Zero();  // the camera's, in the last picture
-  bool coarse_while_moving_ = false, coarse_ = false;
-  int still_ = 0;  // pictures since the session last said something new
+  Eigen::Matrix4d seen_ = Eigen::Matrix4d::Zero();  // the view matrix of the last frame
+  bool decimates_while_moving_ = false, decimated_ = false;
+  int still_ = 0;  // frames since the snapshot last changed
 };
 
 }  // namespace malha::view

@@ -11,7 +11,7 @@ namespace malha::view {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr double kSteepest = 0.499 * kPi;  // at the pole there is no way up
+constexpr double kSteepest = 0.499 * kPi;  // at the pole the up direction is undefined
 
 Eigen::Vector3d vector(const Vec3& a) { return {a[0], a[1], a[2]}; }
 
@@ -40,9 +40,9 @@ void OrbitCamera::pan(double right, double up) {
 
 void OrbitCamera::zoom(double factor) { distance_ = std::clamp(distance_ * factor, 1e-6, 1e9); }
 
-void OrbitCamera::frame(std::span<const Place> points, double aspect) {
+void OrbitCamera::frame(std::span<const Point3f> points, double aspect) {
   Eigen::Vector3d low = Eigen::Vector3d::Constant(INFINITY), high = -low;
-  for (const Place& point : points) {
+  for (const Point3f& point : points) {
     const Eigen::Vector3d x(point[0], point[1], point[2]);
     if (!x.allFinite()) continue;
     low = low.cwiseMin(x), high = high.cwiseMax(x);

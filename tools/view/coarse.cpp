@@ -11,7 +11,7 @@ namespace {
 
 constexpr unsigned kNone = std::numeric_limits<unsigned>::max();
 
-/// Whom each particle is joined to, one list after the other.
+/// Adjacency lists of the particles in compressed form.
 struct Neighbours {
   std::vector<std::size_t> begin;
   std::vector<unsigned> all;
@@ -27,7 +27,7 @@ struct Neighbours {
   std::size_t size() const { return begin.size() - 1; }
 };
 
-/// Particles that are at least so many edges apart, as many as there is room for.
+/// Returns a maximal set of particles that are at least `edges` edges apart.
 std::vector<unsigned> apart(const Neighbours& of, int edges) {
   std::vector<unsigned> chosen, queue;
   std::vector<unsigned> seen(of.size(), kNone);
@@ -45,7 +45,7 @@ std::vector<unsigned> apart(const Neighbours& of, int edges) {
   return chosen;
 }
 
-/// The place in `chosen` of the one that is fewest edges away.
+/// Returns for each particle the index in `chosen` of the one that is fewest edges away.
 std::vector<unsigned> nearest(const Neighbours& of, const std::vector<unsigned>& chosen) {
   std::vector<unsigned> owner(of.size(), kNone), queue = chosen;
   for (unsigned c = 0; c < chosen.size(); ++c) owner[chosen[c]] = c;
@@ -57,21 +57,21 @@ std::vector<unsigned> nearest(const Neighbours& of, const std::vector<unsigned>&
 
 }  // namespace
 
-Coarse coarse_of(std::size_t count, const std::vector<std::array<unsigned, 3>>& triangles,
-                 const std::vector<std::array<unsigned, 2>>& edges, double share) {
+DecimatedMesh decimate(std::size_t count, const std::vector<std::array<unsigned, 3>>& triangles,
+                       const std::vector<std::array<unsigned, 2>>& edges, double share) {
   const Neighbours neighbours(count, edges);
-  // Of an irregular sheet, r edges apart, about one in 1.2 r^2 is chosen.
+  // On an irregular sheet with a distance of r edges about one in 1.2 r^2 particles is chosen.
   const int rings = std::max(2, int(std::lround(std::sqrt(share / 1.2))));
-  Coarse coarse{apart(neighbours, rings), {}, {}};
-  const std::vector<unsigned> owner = nearest(neighbours, coarse.particles);
+  DecimatedMesh decimated{apart(neighbours, rings), {}, {}};
+  const std::vector<unsigned> owner = nearest(neighbours, decimated.particles);
   for (const auto& [a, b, c] : triangles)
     if (owner[a] != owner[b] && owner[b] != owner[c] && owner[c] != owner[a])
-      coarse.triangles.push_back({owner[a], owner[b], owner[c]});
+      decimated.triangles.push_back({owner[a], owner[b], owner[c]});
   for (const auto& [a, b] : edges)
-    if (owner[a] != owner[b]) coarse.edges.push_back({std::min(owner[a], owner[b]), std::max(owner[a], owner[b])});
-  std::sort(coarse.edges.begin(), coarse.edges.end());
-  coarse.edges.erase(std::unique(coarse.edges.begin(), coarse.edges.end()), coarse.edges.end());
-  return coarse;
+    if (owner[a] != owner[b]) decimated.edges.push_back({std::min(owner[a], owner[b]), std::max(owner[a], owner[b])});
+  std::sort(decimated.edges.begin(), decimated.edges.end());
+  decimated.edges.erase(std::unique(decimated.edges.begin(), decimated.edges.end()), decimated.edges.end());
+  return decimated;
 }
 
 }  // namespace malha::view

@@ -12,7 +12,7 @@ namespace malha::view {
 
 namespace {
 
-constexpr Colour kPale{205, 208, 214}, kTouches{225, 60, 50};
+constexpr Colour kNoValue{205, 208, 214}, kContact{225, 60, 50};
 
 Colour bytes_of(const std::array<float, 3>& colour) {
   Colour bytes{};
@@ -22,12 +22,12 @@ Colour bytes_of(const std::array<float, 3>& colour) {
 
 std::vector<Vec3> places(const Frame& frame) {
   std::vector<Vec3> x;
-  for (const Place& a : frame.x) x.push_back({a[0], a[1], a[2]});
+  for (const Point3f& a : frame.x) x.push_back({a[0], a[1], a[2]});
   return x;
 }
 
 void by_body(const Frame& frame, Coloured& to) {
-  const std::vector<int>& begin = frame.body->look.body_begin;
+  const std::vector<int>& begin = frame.body->mesh.body_begin;
   for (std::size_t b = 0; b + 1 < begin.size(); ++b)
     std::fill(to.colours.begin() + begin[b], to.colours.begin() + begin[b + 1], bytes_of(body_colour(int(b))));
 }
@@ -39,13 +39,13 @@ void by_value(const std::vector<float>& values, const std::string& what, Coloure
 }
 
 void by_number(const std::vector<int>& numbers, int count, const std::string& what, Coloured& to) {
-  for (std::size_t i = 0; i < numbers.size(); ++i) to.colours[i] = numbers[i] < 0 ? kPale : distinct(numbers[i]);
+  for (std::size_t i = 0; i < numbers.size(); ++i) to.colours[i] = numbers[i] < 0 ? kNoValue : distinct(numbers[i]);
   to.legend = std::to_string(count) + " " + what;
 }
 
-/// Lines in the colours of their batches.
+/// Adds constraints as lines in the colours of their batches.
 void by_batch(const Frame& frame, const Structure& structure, Coloured& to) {
-  std::fill(to.colours.begin(), to.colours.end(), kPale);
+  std::fill(to.colours.begin(), to.colours.end(), kNoValue);
   for (std::size_t l = 0; l < structure.lines.size(); ++l)
     for (const int end : structure.lines[l]) {
       to.marks.lines.push_back(frame.x[end]);
@@ -54,26 +54,26 @@ void by_batch(const Frame& frame, const Structure& structure, Coloured& to) {
   to.legend = "at most " + counted(structure.batches, "batch", "batches") + " a patch";
 }
 
-/// A particle that counts, and a line from a place.
-void mark(int particle, const Place& from, const Vec3& to, Coloured& picture) {
-  picture.colours[particle] = kTouches;
-  picture.marks.lines.insert(picture.marks.lines.end(), {from, place_of(to)});
-  picture.marks.line_colours.insert(picture.marks.line_colours.end(), {kTouches, kTouches});
+/// Highlights a particle and adds a line.
+void mark(int particle, const Point3f& from, const Vec3& to, Coloured& picture) {
+  picture.colours[particle] = kContact;
+  picture.marks.lines.insert(picture.marks.lines.end(), {from, to_point3f(to)});
+  picture.marks.line_colours.insert(picture.marks.line_colours.end(), {kContact, kContact});
 }
 
-/// Particles that touch, and the normals of what they touch.
+/// Highlights particles in contact and adds their contact normals.
 void by_contact(const Frame& frame, const Contacts& contacts, Coloured& to) {
-  std::fill(to.colours.begin(), to.colours.end(), kPale);
-  const std::vector<Touch> touches = contacts(places(frame), frame.time);
-  for (const Touch& touch : touches) {
+  std::fill(to.colours.begin(), to.colours.end(), kNoValue);
+  const std::vector<ContactPoint> touches = contacts(places(frame), frame.time);
+  for (const ContactPoint& touch : touches) {
     Vec3 end = touch.at;
     for (std::size_t k = 0; k < 3; ++k) end[k] += 2 * frame.body->spacing * touch.normal[k];
-    mark(touch.particle, place_of(touch.at), end, to);
+    mark(touch.particle, to_point3f(touch.at), end, to);
   }
   to.legend = counted(touches.size(), "particle touches", "particles touch");
 }
 
-/// m, of the box around them.
+/// Returns the diagonal of the bounding box, m.
 double diagonal(const std::vector<Vec3>& x) {
   Vec3 low = x[0], high = x[0];
   for (const Vec3& a : x)
@@ -81,9 +81,9 @@ double diagonal(const std::vector<Vec3>& x) {
   return norm(minus(high, low));
 }
 
-/// Lines along the forces on pins: the largest as long as a sixth of the bodies.
+/// Adds the forces on pins as lines; the largest is as long as a sixth of the bodies.
 void by_force(const Frame& frame, const PinForces& forces, Coloured& to) {
-  std::fill(to.colours.begin(), to.colours.end(), kPale);
+  std::fill(to.colours.begin(), to.colours.end(), kNoValue);
   const std::vector<Vec3> x = places(frame);
   const std::vector<PinForce> all = forces(x, frame.time);
   Vec3 sum{};
@@ -92,7 +92,7 @@ void by_force(const Frame& frame, const PinForces& forces, Coloured& to) {
     largest = std::max(largest, norm(one.force));
     for (std::size_t k = 0; k < 3; ++k) sum[k] += one.force[k];
   }
-  const double metres = largest > 0 ? diagonal(x) / 6 / largest : 0;  // a newton
+  const double metres = largest > 0 ? diagonal(x) / 6 / largest : 0;  // m per newton
   for (const PinForce& one : all) {
     Vec3 end = x[one.particle];
     for (std::size_t k = 0; k < 3; ++k) end[k] += metres * one.force[k];
@@ -120,7 +120,8 @@ Colour turbo(double part) {
 }
 
 Colour distinct(int number) {
-  const double turn = 6 * std::fmod(0.61803398875 * number, 1.0);  // the golden ratio: no two of a few are alike
+  const double turn =
+      6 * std::fmod(0.61803398875 * number, 1.0);  // the golden ratio keeps a few consecutive hues apart
   const double light = number % 2 == 0 ? 0.95 : 0.72;
   Colour colour{};
   for (int c = 0; c < 3; ++c) {
@@ -130,27 +131,27 @@ Colour distinct(int number) {
   return colour;
 }
 
-Coloured coloured(const Frame& frame, const Looks& looks, Look look) {
+Coloured coloured(const Frame& frame, const VisualFields& fields, VisualField field) {
   Coloured to;
   to.colours.resize(frame.x.size());
   by_body(frame, to);
-  const bool same = looks.body == frame.body;
-  if (look == Look::Speed)
+  const bool same = fields.body == frame.body;
+  if (field == VisualField::Speed)
     by_value(frame.speed, "m/s", to);
-  else if (look == Look::Strain && same && looks.strains)
-    by_value((*looks.strains)(places(frame)), "largest strain of a particle's constraints", to);
-  else if (look == Look::Residual && same && looks.residuals)
-    by_value((*looks.residuals)(places(frame)), "m, largest residual of a particle's constraints", to);
-  else if (look == Look::Contact && same && looks.contacts)
-    by_contact(frame, *looks.contacts, to);
-  else if (look == Look::Force && same && looks.forces)
-    by_force(frame, *looks.forces, to);
-  else if (look == Look::Patch && same && looks.structure)
-    by_number(looks.structure->patch, looks.structure->patches, "patches", to);
-  else if (look == Look::Phase && same && looks.structure)
-    by_number(looks.structure->phase, looks.structure->phases, "phases", to);
-  else if (look == Look::Batch && same && looks.structure)
-    by_batch(frame, *looks.structure, to);
+  else if (field == VisualField::Strain && same && fields.strains)
+    by_value((*fields.strains)(places(frame)), "largest strain of a particle's constraints", to);
+  else if (field == VisualField::Residual && same && fields.residuals)
+    by_value((*fields.residuals)(places(frame)), "m, largest residual of a particle's constraints", to);
+  else if (field == VisualField::Contact && same && fields.contacts)
+    by_contact(frame, *fields.contacts, to);
+  else if (field == VisualField::Force && same && fields.forces)
+    by_force(frame, *fields.forces, to);
+  else if (field == VisualField::Patch && same && fields.structure)
+    by_number(fields.structure->patch, fields.structure->patches, "patches", to);
+  else if (field == VisualField::Phase && same && fields.structure)
+    by_number(fields.structure->phase, fields.structure->phases, "phases", to);
+  else if (field == VisualField::Batch && same && fields.structure)
+    by_batch(frame, *fields.structure, to);
   return to;
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What particles are coloured by.
+// Colours of particles by a visual field.
 #pragma once
 #include <optional>
 #include <string>
@@ -10,19 +10,19 @@
 
 namespace malha::view {
 
-/// A place on the scale from blue to red (turbo, Mikhailov 2019), from 0 to 1.
+/// Returns the colour at 0 to 1 on the scale from blue to red (turbo, Mikhailov 2019).
 Colour turbo(double part);
-/// Of things that are counted: neighbours differ.
+/// Returns the colour of a number; consecutive numbers differ clearly.
 Colour distinct(int number);
 
-/// Colours of a frame, what is drawn beside it, and what is at the red end of the scale; none: a look without one.
+/// Colours of a frame, lines that are drawn beside it, and the value at the red end of the scale, if the field has one.
 struct Coloured {
   std::vector<Colour> colours;
   Marks marks;
   std::optional<double> most;
   std::string legend;
 };
-/// What `looks` does not know of this frame's bodies is not coloured.
-Coloured coloured(const Frame& frame, const Looks& looks, Look look);
+/// Colours a frame by a visual field; by body where `fields` lacks that field of the frame's bodies.
+Coloured coloured(const Frame& frame, const VisualFields& fields, VisualField field);
 
 }  // namespace malha::view

@@ -11,7 +11,8 @@ struct Series {
   std::vector<double> times, values;  // s
 };
 
-/// Lines in one box: its scale on the left, names above, times below. Nothing where there is nothing to show.
+/// Draws the series as lines in one box, with the scale on the left, names above and times below; nothing for a single
+/// time.
 void graph(const std::string& title, const std::string& unit, const std::vector<Series>& series);
 
 }  // namespace malha::view

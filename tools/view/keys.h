@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Keys between GLFW, which tells of each at once, and Dear ImGui, which looks at what is down once a picture.
+// Queue of input events between GLFW, which reports each at once, and Dear ImGui, which polls the keys once a frame.
 #pragma once
 #include <algorithm>
 #include <deque>
@@ -7,23 +7,23 @@
 
 namespace malha::view {
 
-/// What a keyboard or a button of the mouse did.
+/// An event of the keyboard or a mouse button.
 struct Input {
   enum class Kind { Key, Modifier, Letter, Button };
   Kind kind = Kind::Key;
-  int code = 0;                        // GLFW's key or button; of a letter its Unicode
-  int action = 0, held = 0, scan = 0;  // GLFW's: pressed, let go of or repeated; Ctrl and the like; the key's place
+  int code = 0;                            // GLFW's key or button, or the Unicode of a letter
+  int action = 0, held = 0, scancode = 0;  // GLFW's action, modifier bits and scancode
   bool presses = false, repeats = false;
 };
 
-/// Gives every picture what it can tell apart, in order; the rest waits for the next ones. A key that goes down and up
-/// within one picture would never have been down, and Ctrl would be up before its letter is seen.
-class Keys {
+/// Passes the events in order, to each frame only as many as it can distinguish. Otherwise a key that goes down and up
+/// within one frame would be lost, and Ctrl would be up before its letter is polled.
+class InputQueue {
  public:
-  void add(const Input& input) { waiting_.push_back(input); }
-  bool waits() const { return !waiting_.empty(); }
+  void add(const Input& input) { pending_.push_back(input); }
+  bool has_pending() const { return !pending_.empty(); }
 
-  std::vector<Input> of_a_picture() {
+  std::vector<Input> of_next_frame() {
     std::vector<Input> now;
     bool pressed = false;
     const auto must_wait = [&](const Input& next) {
@@ -31,16 +31,16 @@ class Keys {
       const auto same = [&](const Input& one) { return one.kind == next.kind && one.code == next.code; };
       return pressed || (next.kind != Input::Kind::Modifier && std::ranges::any_of(now, same));
     };
-    while (waits() && !must_wait(waiting_.front())) {
-      now.push_back(waiting_.front());
-      waiting_.pop_front();
+    while (has_pending() && !must_wait(pending_.front())) {
+      now.push_back(pending_.front());
+      pending_.pop_front();
       pressed = pressed || (now.back().presses && now.back().kind != Input::Kind::Modifier);
     }
     return now;
   }
 
  private:
-  std::deque<Input> waiting_;
+  std::deque<Input> pending_;
 };
 
 }  // namespace malha::view

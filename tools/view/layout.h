@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where things are in the window.
+// Layout of the window.
 #pragma once
 #include <algorithm>
 
@@ -7,7 +7,7 @@
 
 namespace malha::view {
 
-/// Of the panels, pixels, on a display that shows everything so many times larger.
+/// Sizes of the panels in pixels on a display with this scale factor.
 struct Panels {
   explicit Panels(float times = 1)
       : left(int(250 * times)), right(int(330 * times)), timeline(int(62 * times)), scale(times) {}
@@ -15,7 +15,7 @@ struct Panels {
   float scale;
 };
 
-/// Of one of so many sides, in a window of this size. `shown`: the panels are.
+/// Returns the viewport of one of `sides` sides in a window of this size. `shown`: the panels are visible.
 inline Viewport port_of(int side, int sides, bool shown, int width, int height, const Panels& panels = Panels()) {
   const int left = shown ? panels.left : 0, right = shown ? panels.right : 0;
   const int room = std::max(width - left - right, sides);

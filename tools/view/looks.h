@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a look needs to know of a model: made by the solver's thread when it is first asked for, used by the window's.
+// Data of visual fields: computed by the solver's thread when first requested, used by the window's thread.
 #pragma once
 #include <array>
 #include <memory>
@@ -11,12 +11,12 @@
 
 namespace malha::view {
 
-enum class Look { Bodies, Strain, Speed, Residual, Contact, Patch, Phase, Batch, Force };
-inline constexpr std::array kLookNames{"bodies",  "strain", "speed",   "residual",      "contacts",
-                                       "patches", "phases", "batches", "forces on pins"};
+enum class VisualField { Bodies, Strain, Speed, Residual, Contact, Patch, Phase, Batch, Force };
+inline constexpr std::array kVisualFieldNames{"bodies",  "strain", "speed",   "residual",      "contacts",
+                                              "patches", "phases", "batches", "forces on pins"};
 
-/// Of the bodies of a frame; each part is there once it was asked for.
-struct Looks {
+/// Visual fields of the bodies of a frame; each is set once it was requested.
+struct VisualFields {
   std::shared_ptr<const Body> body;
   std::shared_ptr<const Strains> strains;
   std::shared_ptr<const Residuals> residuals;

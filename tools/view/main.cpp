@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// malha_view, which the command becomes for malha view: so the command itself needs no display's libraries.
+// The program malha_view, which the command executes for malha view, so that the command itself needs no libraries of a
+// display.
 #include <CLI/CLI.hpp>
 #include <iostream>
 
@@ -14,13 +15,13 @@
 namespace {
 
 int show(int argc, char** argv) {
-  CLI::App app{"Open a scene in a window: run it, pull at it, change its settings, compare two.", "malha view"};
+  CLI::App app{"Open a scene in a window: run it, pull particles, change settings, compare two.", "malha view"};
   malha::view::WindowOptions options;
   std::string out = "out/view";
-  // The command's own word comes first.
+  // The first argument is the subcommand.
   if (argc > 1 && std::string(argv[1]) == "view") --argc, ++argv;
   app.add_option("SCENE", options.scenes, "Scene files: none, one, or two to compare")->expected(0, 2)->type_name("");
-  malha::add_threads(app, options.simulation.threads, "At most so many threads, the cores if not given");
+  malha::add_threads(app, options.simulation.threads, "Largest number of threads; the cores if not given");
   malha::add_checked(app, "--out", out, malha::some_path(), "FOLDER",
                      "Folder of saved pictures and scenes; out/view if not given");
   malha::add_checked(app, "--width", options.width, malha::whole_number(320, 16384), "N",

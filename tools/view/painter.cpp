@@ -33,9 +33,9 @@ Eigen::Matrix4d matrix_of(const Pose& pose) {
   return matrix;
 }
 
-/// Means over the triangles around each point, weighted by area.
-void mean_normals(const std::vector<Place>& x, const std::vector<std::array<unsigned, 3>>& triangles,
-                  std::vector<Place>& normals) {
+/// Computes vertex normals as area-weighted means over the triangles around each point.
+void mean_normals(const std::vector<Point3f>& x, const std::vector<std::array<unsigned, 3>>& triangles,
+                  std::vector<Point3f>& normals) {
   normals.assign(x.size(), {0, 0, 0});
   for (const auto& t : triangles) {
     const Eigen::Vector3f a(x[t[0]].data()), b(x[t[1]].data()), c(x[t[2]].data());
@@ -53,7 +53,7 @@ struct Painter::Programs {
   ShadowMap shadow;
 };
 
-/// Points that are drawn as faces, lines or balls.
+/// GPU buffers of points that are drawn as faces, lines or balls.
 struct Painter::Shapes {
   VertexArray array;
   Buffer x, normals, colours, triangles, edges, loose;
@@ -75,17 +75,17 @@ struct Painter::Shapes {
   }
 };
 
-/// Of the environment.
+/// GPU buffers of an environment object.
 struct Painter::Obstacle {
   VertexArray array;
   Buffer x, normals;
   GLsizei count = 0;
   std::vector<Keyframe> motion;
-  std::array<Place, 2> box{};  // at the start
+  std::array<Point3f, 2> box{};  // bounding box at the start
 
   explicit Obstacle(const EnvironmentMesh& mesh) : motion(mesh.spec.motion) {
-    std::vector<Place> points, corners;
-    for (const Vec3& p : mesh.mesh.points) points.push_back(place_of(p));
+    std::vector<Point3f> points, corners;
+    for (const Vec3& p : mesh.mesh.points) points.push_back(to_point3f(p));
     const std::vector<Triangle> faces = triangles(mesh.mesh);
     for (const Triangle& t : faces)
       for (const int i : t) corners.push_back(points[i]);
@@ -109,31 +109,31 @@ Painter::~Painter() = default;
 
 void Painter::update(const Picture& picture) {
   const Frame& frame = *picture.frame;
-  const Coarse* const coarse = picture.coarse && frame.body->coarse ? &*frame.body->coarse : nullptr;
-  const auto& triangles = coarse ? coarse->triangles : frame.body->triangles;
-  if (frame.body != built_ || coarse_ != (coarse != nullptr)) {
-    built_ = frame.body, coarse_ = coarse != nullptr;
+  const DecimatedMesh* const decimated = picture.decimated && frame.body->decimated ? &*frame.body->decimated : nullptr;
+  const auto& triangles = decimated ? decimated->triangles : frame.body->triangles;
+  if (frame.body != built_ || decimated_ != (decimated != nullptr)) {
+    built_ = frame.body, decimated_ = decimated != nullptr;
     const auto fill = [&](Buffer& buffer, const auto& list, GLsizei& numbers, int each) {
       body_->array.bind();
       buffer.fill(GL_ELEMENT_ARRAY_BUFFER, list, GL_STATIC_DRAW);
       numbers = GLsizei(list.size()) * each;
     };
     fill(body_->triangles, triangles, body_->triangle_count, 3);
-    fill(body_->edges, coarse ? coarse->edges : built_->edges, body_->edge_count, 2);
-    fill(body_->loose, coarse ? std::vector<unsigned>() : built_->loose, body_->loose_count, 1);
+    fill(body_->edges, decimated ? decimated->edges : built_->edges, body_->edge_count, 2);
+    fill(body_->loose, decimated ? std::vector<unsigned>() : built_->loose, body_->loose_count, 1);
   }
   const auto chosen = [&]<class T>(const std::vector<T>& all) {
     std::vector<T> some;
-    for (const unsigned i : coarse->particles) some.push_back(all[i]);
+    for (const unsigned i : decimated->particles) some.push_back(all[i]);
     return some;
   };
-  if (coarse)
+  if (decimated)
     show(chosen(frame.x), chosen(picture.colours), triangles);
   else
     show(frame.x, picture.colours, triangles);
 }
 
-void Painter::show(const std::vector<Place>& x, const std::vector<Colour>& colours,
+void Painter::show(const std::vector<Point3f>& x, const std::vector<Colour>& colours,
                    const std::vector<std::array<unsigned, 3>>& triangles) {
   body_->array.bind();
   body_->x.fill(GL_ARRAY_BUFFER, x, GL_STREAM_DRAW);
@@ -146,16 +146,16 @@ void Painter::show(const std::vector<Place>& x, const std::vector<Colour>& colou
 }
 
 void Painter::update_environment(const Frame& frame) {
-  if (frame.environment == surroundings_) return;
-  surroundings_ = frame.environment;
+  if (frame.environment == environment_) return;
+  environment_ = frame.environment;
   obstacles_.clear();
-  for (const EnvironmentMesh& mesh : *surroundings_) obstacles_.emplace_back(mesh);
+  for (const EnvironmentMesh& mesh : *environment_) obstacles_.emplace_back(mesh);
 }
 
-/// Holds the bodies, from the sun's side.
+/// Returns the matrix of the light, whose view contains the bodies.
 Eigen::Matrix4d Painter::light(const Frame& frame) const {
   Eigen::AlignedBox3d box;
-  for (const Place& x : frame.x)
+  for (const Point3f& x : frame.x)
     if (std::isfinite(x[0] + x[1] + x[2])) box.extend(Eigen::Vector3d(x[0], x[1], x[2]));
   if (box.isEmpty()) box.extend(Eigen::Vector3d::Zero());
   const double radius = std::max(0.75 * box.diagonal().norm(), 1e-3);
@@ -191,11 +191,11 @@ void Painter::draw_lines_and_balls(const Picture& picture, const OrbitCamera& ca
   if (picture.surface == Surface::Wireframe || body_->triangle_count == 0 ||
       (few && picture.surface == Surface::Shaded))
     body_->draw(GL_LINES, body_->edges, body_->edge_count);
-  const auto draw_marks = [this](const std::vector<Place>& x, const std::vector<Colour>& colours, GLenum mode) {
+  const auto draw_marks = [this](const std::vector<Point3f>& x, const std::vector<Colour>& colours, GLenum mode) {
     marks_->array.bind();
     marks_->x.fill(GL_ARRAY_BUFFER, x, GL_STREAM_DRAW);
     marks_->colours.fill(GL_ARRAY_BUFFER, colours, GL_STREAM_DRAW);
-    marks_->normals.fill(GL_ARRAY_BUFFER, x, GL_STREAM_DRAW);  // which nothing reads, but they must be as many
+    marks_->normals.fill(GL_ARRAY_BUFFER, x, GL_STREAM_DRAW);  // unused, but the buffer must have as many elements
     marks_->count = GLsizei(x.size());
     marks_->draw_all(mode);
   };
@@ -203,15 +203,15 @@ void Painter::draw_lines_and_balls(const Picture& picture, const OrbitCamera& ca
   draw_marks(picture.marks.lines, picture.marks.line_colours, GL_LINES);
 
   begin(programs_->balls);
-  const double metre = 1 / camera.metres_per_pixel(port, 1);  // pixels at a distance of 1 m
-  const double wider = coarse_ ? std::sqrt(double(built_->look.points.size()) / double(body_->count)) : 1;
+  const double metre = 1 / camera.metres_per_pixel(port, 1);  // pixels a metre at a distance of 1 m
+  const double wider = decimated_ ? std::sqrt(double(built_->mesh.points.size()) / double(body_->count)) : 1;
   const double spacing = built_->spacing > 0 ? wider * built_->spacing : 0.01 * camera.distance();
   programs_->balls.set("size", float(0.5 * spacing * metre));
   if (picture.surface == Surface::Particles)
     body_->draw_all(GL_POINTS);
   else
     body_->draw(GL_POINTS, body_->loose, body_->loose_count);
-  programs_->balls.set("size", float(9 * camera.distance()));  // as many pixels at any distance
+  programs_->balls.set("size", float(9 * camera.distance()));  // the same size in pixels at any distance
   glDepthFunc(GL_ALWAYS);
   draw_marks(picture.marks.balls, picture.marks.ball_colours, GL_POINTS);
   glDepthFunc(GL_LEQUAL);

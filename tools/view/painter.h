@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Draws frames with OpenGL 3.3.
+// Renderer of frames by OpenGL 3.3.
 #pragma once
 #include <deque>
 #include <memory>
@@ -17,27 +17,27 @@ enum class Surface { Shaded, Wireframe, Particles };
 
 /// Thin lines, and balls, drawn beside bodies.
 struct Marks {
-  std::vector<Place> lines;  // two a line
+  std::vector<Point3f> lines;  // two points a line
   std::vector<Colour> line_colours;
-  std::vector<Place> balls;
+  std::vector<Point3f> balls;
   std::vector<Colour> ball_colours;
 };
 
 struct Picture {
   const Frame* frame = nullptr;
-  std::vector<Colour> colours;  // of each particle
+  std::vector<Colour> colours;  // by particle
   Surface surface = Surface::Shaded;
   Marks marks;
-  bool coarse = false;  // a body of very many triangles by few of its particles
+  bool decimated = false;  // draws bodies with very many triangles decimated
 };
 
-/// What is drawn of one side. Keeps the GPU's copies of what does not change.
+/// Renderer of one side. It keeps GPU copies of data that does not change.
 class Painter {
  public:
   Painter();
   ~Painter();
 
-  /// Into this part of a window of so many pixels' height.
+  /// Draws into a viewport of a window with this height (pixels).
   void draw(const Picture& picture, const OrbitCamera& camera, const Viewport& port, int window_height);
 
  private:
@@ -46,7 +46,7 @@ class Painter {
   struct Programs;
 
   void update(const Picture& picture);
-  void show(const std::vector<Place>& x, const std::vector<Colour>& colours,
+  void show(const std::vector<Point3f>& x, const std::vector<Colour>& colours,
             const std::vector<std::array<unsigned, 3>>& triangles);
   void update_environment(const Frame& frame);
   Eigen::Matrix4d light(const Frame& frame) const;
@@ -57,13 +57,13 @@ class Painter {
   std::unique_ptr<Shapes> body_, marks_;
   std::deque<Obstacle> obstacles_;
   std::shared_ptr<const Body> built_;
-  bool coarse_ = false;  // what is built
-  bool smooth_ = true;   // with a shadow; very many faces are flat and cast none
-  std::shared_ptr<const std::vector<EnvironmentMesh>> surroundings_;
-  std::vector<Place> normals_;
+  bool decimated_ = false;  // the GPU copies are of the decimated mesh
+  bool smooth_ = true;      // smooth shading with a shadow; very many faces are shaded flat without one
+  std::shared_ptr<const std::vector<EnvironmentMesh>> environment_;
+  std::vector<Point3f> normals_;
 };
 
-/// What was drawn last, of the whole window.
+/// Reads back the pixels of the whole window.
 Image read_back(int width, int height);
 
 }  // namespace malha::view

@@ -18,10 +18,10 @@ struct Key {
 constexpr std::array kKeys{
     Key{"Space", "run, pause"},
     Key{". or Right", "one step"},
-    Key{",", "one substep: shows those of the next step, one after the other"},
+    Key{",", "one substep: show those of the next step, one after the other"},
     Key{"R", "reset: to the start of the scene"},
-    Key{"Left, timeline", "look back; what runs next goes on from there"},
-    Key{"[ and ]", "slower, faster; \\ as fast as it goes"},
+    Key{"Left, timeline", "show an earlier moment; the next step continues from there"},
+    Key{"[ and ]", "slower, faster; \\ unlimited"},
     Key{"Left drag on a body", "pull a particle by a spring"},
     Key{"Ctrl + click on a particle", "pin it where it is, or release it"},
     Key{"Left drag beside bodies, right drag", "orbit"},
@@ -32,7 +32,7 @@ constexpr std::array kKeys{
     Key{"C + left drag", "cut, where a body may tear"},
     Key{"1 to 9", "colours: bodies, strain, speed, residual, contacts, patches, phases, batches, forces on pins"},
     Key{"W, Q, A", "wireframe, particles, axes"},
-    Key{"D", "the same scene twice, side by side; once more: one again"},
+    Key{"D", "a copy of the scene beside it, restarted; again: remove it"},
     Key{"P", "save a picture"},
     Key{"Ctrl + S", "save scene and state, for malha run"},
     Key{"Tab", "panels on, off"},
@@ -40,7 +40,7 @@ constexpr std::array kKeys{
     Key{"Ctrl + Q", "quit"},
 };
 
-/// One line a side.
+/// Adds a table row with a value of each side.
 template <class Value>
 void line_of_each(const Snapshot& now, const char* name, const Value& value) {
   ImGui::TableNextRow();
@@ -58,7 +58,7 @@ std::string text_of(double value, const char* unit) {
   return text;
 }
 
-/// Over the moments kept, of one side: where something was measured.
+/// Returns a series of one side over the stored moments that have measures.
 template <class Value>
 Series series_of(const Snapshot& now, std::size_t side, const std::string& name, const Value& value) {
   Series series{name, {}, {}};
@@ -133,9 +133,9 @@ void run_panel(const Snapshot& now, Session& session, Choices& choices) {
       if (ImGui::Selectable(kPaceNames[k], int(k) == pace)) session.set_pace(kPaces[k]);
     ImGui::EndCombo();
   }
-  int look = int(choices.look), surface = int(choices.surface);
-  if (ImGui::Combo("##look", &look, kLookNames.data(), int(kLookNames.size())))
-    choices.look = Look(look), session.set_look(choices.look);
+  int field = int(choices.field), surface = int(choices.surface);
+  if (ImGui::Combo("##look", &field, kVisualFieldNames.data(), int(kVisualFieldNames.size())))
+    choices.field = VisualField(field), session.set_visual_field(choices.field);
   if (ImGui::Combo("##surface", &surface, "shaded\0wireframe\0particles\0")) choices.surface = Surface(surface);
   if (ImGui::BeginCombo("##scene", "open a scene ...")) {
     for (const std::string& path : choices.scenes)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The panels of the window: what can be set while it runs, numbers and graphs, the keys.
+// Panels of the window: settings, numbers and graphs, keys.
 #pragma once
 #include <string>
 #include <vector>
@@ -9,20 +9,20 @@
 
 namespace malha::view {
 
-/// What the person has chosen; nothing of it changes what is simulated.
+/// The user's choices of display, which do not affect the simulation.
 struct Choices {
-  Look look = Look::Bodies;
+  VisualField field = VisualField::Bodies;
   Surface surface = Surface::Shaded;
   bool panels = true, help = false, axes = true, pins = true;
-  std::size_t side = 0;             // whose settings are shown
-  std::vector<std::string> scenes;  // that can be opened
+  std::size_t side = 0;             // the side whose settings are shown
+  std::vector<std::string> scenes;  // scene files that can be opened
 };
 
-/// A scene's settings as they are typed; what is not yet applied stays while frames come in.
+/// A scene's settings while they are edited; edits that are not yet applied stay while frames come in.
 struct Edited {
   std::shared_ptr<const Scene> of;
   Scene scene;
-  int refused = 0;  // how many changes were when it was taken over
+  int refused = 0;  // Snapshot::refused when the settings were copied
 };
 
 void run_panel(const Snapshot& now, Session& session, Choices& choices);
@@ -30,7 +30,7 @@ void settings_panel(const Snapshot& now, Session& session, Choices& choices, std
 void numbers_panel(const Snapshot& now, const Choices& choices);
 void timeline(const Snapshot& now, Session& session);
 void help_panel(Choices& choices);
-/// The scene of the first side twice; where there are two sides, one again.
+/// Adds a copy of the first side as a second one, restarted; removes the second side if there is one.
 void toggle_second(const Snapshot& now, Session& session);
 
 }  // namespace malha::view

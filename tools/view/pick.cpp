@@ -11,9 +11,9 @@ namespace malha::view {
 
 namespace {
 
-Eigen::Vector3d vector(const Place& a) { return {a[0], a[1], a[2]}; }
+Eigen::Vector3d vector(const Point3f& a) { return {a[0], a[1], a[2]}; }
 
-/// Along the ray, or infinity (Möller and Trumbore 1997).
+/// Returns the distance along the ray to a triangle, or infinity (Möller and Trumbore 1997).
 double distance_along(const Ray& ray, const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
   constexpr double kNever = std::numeric_limits<double>::infinity();
   const Eigen::Vector3d ab = b - a, ac = c - a, p = ray.direction.cross(ac), to = ray.from - a;
@@ -24,8 +24,9 @@ double distance_along(const Ray& ray, const Eigen::Vector3d& a, const Eigen::Vec
   return v >= 0 && u + v <= 1 && t > 0 ? t : kNever;
 }
 
-/// Twice the area of a triangle on the screen; above 0 where c is to the right of the way from a to b, as y goes down.
-double turn(const std::array<double, 2>& a, const std::array<double, 2>& b, const std::array<double, 2>& c) {
+/// Returns twice the signed area of a triangle on the screen; positive if c is to the right of a to b, as y points
+/// down.
+double signed_area(const std::array<double, 2>& a, const std::array<double, 2>& b, const std::array<double, 2>& c) {
   return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
 }
 
@@ -56,35 +57,36 @@ std::optional<int> pick(const Frame& frame, const OrbitCamera& camera, const Vie
   return found;
 }
 
-std::vector<Edge> crossed(const Frame& frame, const OrbitCamera& camera, const Viewport& port,
-                          const std::array<double, 2>& from, const std::array<double, 2>& to) {
+std::vector<Edge> edges_crossed(const Frame& frame, const OrbitCamera& camera, const Viewport& port,
+                                const std::array<double, 2>& from, const std::array<double, 2>& to) {
   std::vector<std::array<double, 2>> screen;
   std::vector<bool> seen;
-  for (const Place& x : frame.x) {
+  for (const Point3f& x : frame.x) {
     const Eigen::Vector3d at = camera.on_screen(port, vector(x));
     screen.push_back({at.x(), at.y()}), seen.push_back(at.z() > 0);
   }
   std::vector<Edge> edges;
   for (const auto& [a, b] : frame.body->edges) {
     if (!seen[a] || !seen[b]) continue;
-    const double of_a = turn(from, to, screen[a]), of_b = turn(from, to, screen[b]);
-    if (of_a * of_b >= 0 || turn(screen[a], screen[b], from) * turn(screen[a], screen[b], to) > 0) continue;
+    const double of_a = signed_area(from, to, screen[a]), of_b = signed_area(from, to, screen[b]);
+    if (of_a * of_b >= 0 || signed_area(screen[a], screen[b], from) * signed_area(screen[a], screen[b], to) > 0)
+      continue;
     edges.push_back(of_a < 0 ? Edge{int(a), int(b)} : Edge{int(b), int(a)});
   }
   return edges;
 }
 
-std::vector<Place> places_of_all(const std::vector<std::shared_ptr<const Frame>>& sides) {
+std::vector<Point3f> points_to_frame(const std::vector<std::shared_ptr<const Frame>>& sides) {
   constexpr double kMuchLarger = 2;
-  std::vector<Place> all;
+  std::vector<Point3f> all;
   for (const auto& frame : sides) {
     Eigen::AlignedBox3d bodies;
-    for (const Place& x : frame->x)
+    for (const Point3f& x : frame->x)
       if (vector(x).allFinite()) bodies.extend(vector(x)), all.push_back(x);
     if (bodies.isEmpty()) continue;
     for (const EnvironmentMesh& object : *frame->environment) {
       const Pose pose = pose_at(object.spec.motion, frame->time);
-      std::vector<Place> places;
+      std::vector<Point3f> places;
       Eigen::AlignedBox3d box;
       for (const Vec3& local : object.mesh.points) {
         const Vector3<double> x = to_world(pose, {local[0], local[1], local[2]});

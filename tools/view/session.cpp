@@ -11,12 +11,12 @@ namespace malha::view {
 
 namespace {
 
-constexpr double kMeasureShare = 0.1;  // of the time, at most, that goes into what graphs show
+constexpr double kMeasureShare = 0.1;  // largest share of the time for the measures of graphs
 
 std::optional<std::array<double, 2>> apart(const std::vector<SideShown>& sides) {
   if (sides.size() != 2 || sides[0].frame->x.size() != sides[1].frame->x.size()) return std::nullopt;
   double sum = 0, most = 0;
-  const std::vector<Place>&a = sides[0].frame->x, &b = sides[1].frame->x;
+  const std::vector<Point3f>&a = sides[0].frame->x, &b = sides[1].frame->x;
   for (std::size_t i = 0; i < a.size(); ++i) {
     double square = 0;
     for (int k = 0; k < 3; ++k) square += (double(a[i][k]) - b[i][k]) * (double(a[i][k]) - b[i][k]);
@@ -45,14 +45,14 @@ Session::~Session() {
   thread_.join();
 }
 
-void Session::ask(Work work) {
-  put([this, work = std::move(work)] {
-    parts_.clear();
+void Session::submit(Work work) {
+  enqueue([this, work = std::move(work)] {
+    substeps_.clear();
     work();
   });
 }
 
-void Session::put(Work work) {
+void Session::enqueue(Work work) {
   {
     const std::lock_guard lock(mutex_);
     queue_.push_back(std::move(work));
@@ -60,23 +60,23 @@ void Session::put(Work work) {
   asked_.notify_one();
 }
 
-void Session::settle() {
+void Session::wait_until_done() {
   std::unique_lock lock(mutex_);
   settled_.wait(lock, [this] { return queue_.empty() && !busy_; });
 }
 
-Snapshot Session::look() {
+Snapshot Session::snapshot() {
   const std::lock_guard lock(mutex_);
-  looked_ = true;
+  snapshot_taken_ = true;
   return snapshot_;
 }
 
-void Session::say(const std::string& message, bool trouble) {
+void Session::say(const std::string& message, bool is_error) {
   const std::lock_guard lock(mutex_);
-  snapshot_.message = printable(message), snapshot_.trouble = trouble, ++snapshot_.version;
+  snapshot_.message = printable(message), snapshot_.is_error = is_error, ++snapshot_.version;
 }
 
-constexpr double kSoon = 0.05;  // s, after which what was done is shown
+constexpr double kSoon = 0.05;  // s, after which a snapshot is published between requests
 
 void Session::work() {
   for (;;) {
@@ -86,7 +86,7 @@ void Session::work() {
       const auto ready = [this] { return quit_ || !queue_.empty(); };
       if (!running_)
         asked_.wait(lock, ready);
-      else if (paces())
+      else if (is_paced())
         asked_.wait_until(lock, due_, ready);
       if (quit_) return;
       todo.swap(queue_), busy_ = true;
@@ -95,12 +95,12 @@ void Session::work() {
       const double took = seconds([&] { attempt(todo[k]); });
       if (took > kSoon && k + 1 < todo.size()) publish();
     }
-    const bool due = running_ && (!paces() || Clock::now() >= due_);
+    const bool due = running_ && (!is_paced() || Clock::now() >= due_);
     if (due) attempt([this] { advance(); }, true);
-    bool wanted = !todo.empty() || (due && !running_);  // it has just ended by itself
+    bool wanted = !todo.empty() || (due && !running_);  // the run has just ended
     {
       const std::lock_guard lock(mutex_);
-      wanted = wanted || (due && looked_);
+      wanted = wanted || (due && snapshot_taken_);
     }
     if (wanted) publish();
     {
@@ -111,7 +111,7 @@ void Session::work() {
   }
 }
 
-/// What cannot be done is said, and leaves things as they were.
+/// Does the work and reports a failure, which leaves the session as it was.
 void Session::attempt(const Work& work, bool ends_the_run) {
   try {
     work();
@@ -134,49 +134,50 @@ double Session::largest_dt() const {
   return dt;
 }
 
-/// The sides in step: each goes as far as the one with the longest steps.
-void Session::advance(bool in_parts) {
+/// Advances all sides to the same time, by the longest step of any.
+void Session::advance(bool by_substeps) {
   if (sides_.empty()) return;
-  go_on_from_shown();
+  restore_shown_moment();
   std::vector<std::vector<std::shared_ptr<const Frame>>> parts(sides_.size());
   const double target = earliest() + largest_dt();
   for (std::size_t s = 0; s < sides_.size(); ++s) {
     try {
-      while (sides_[s]->time() + 0.5 * sides_[s]->dt() < target && lost_[s] < 0) {
-        if (!in_parts) {
+      while (sides_[s]->time() + 0.5 * sides_[s]->dt() < target && diverged_[s] < 0) {
+        if (!by_substeps) {
           sides_[s]->step();
           continue;
         }
         parts[s].push_back(sides_[s]->frame(false));
-        for (const auto& part : sides_[s]->step_in_parts()) parts[s].push_back(part);
+        for (const auto& part : sides_[s]->step_by_substeps()) parts[s].push_back(part);
       }
     } catch (const Diverged& error) {
-      lost_[s] = sides_[s]->lost(), running_ = false;
-      say(std::string("diverged at ") + error.what() + "; the particle blinks; reset, or go back", true);
+      diverged_[s] = sides_[s]->diverged_particle(), running_ = false;
+      say(std::string("diverged at ") + error.what() + "; the particle blinks; reset, or show an earlier moment", true);
     }
   }
-  if (in_parts) take_in_parts(parts);
+  if (by_substeps) merge_substeps(parts);
   const Clock::time_point now = Clock::now();
-  if (paces()) {
-    // No step is waited for longer than a day: a clock cannot tell much more.
+  if (is_paced()) {
+    // The wait for a step is at most a day, because larger durations overflow the clock.
     const double wait = std::min(largest_dt() / pace_, 86'400.0);
     due_ += std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(wait));
-    if (due_ + std::chrono::milliseconds(250) < now) due_ = now;  // too slow: what was missed is not made up for
+    if (due_ + std::chrono::milliseconds(250) < now) due_ = now;  // if the solver is too slow, the delay is not made up
   }
   const double passed = std::chrono::duration<double>(now - share_since_).count();
   if (passed > 0.5) share_ = (earliest() - share_from_) / passed, share_since_ = now, share_from_ = earliest();
-  if (std::all_of(lost_.begin(), lost_.end(), [](int one) { return one < 0; }) && history_.wants(earliest())) keep();
+  if (std::all_of(diverged_.begin(), diverged_.end(), [](int one) { return one < 0; }) && history_.is_due(earliest()))
+    store_moment();
 }
 
-/// In the order of their times. A side shows the last of its own that is not later.
-void Session::take_in_parts(const std::vector<std::vector<std::shared_ptr<const Frame>>>& of_sides) {
+/// Merges the substeps of all sides in the order of their times. Each side shows its last substep that is not later.
+void Session::merge_substeps(const std::vector<std::vector<std::shared_ptr<const Frame>>>& of_sides) {
   std::vector<double> times;
   for (const auto& side : of_sides)
     for (const auto& part : side) times.push_back(part->time);
   std::sort(times.begin(), times.end());
   const double same = 1e-6 * largest_dt();  // s
   times.erase(std::unique(times.begin(), times.end(), [&](double a, double b) { return b - a < same; }), times.end());
-  if (!times.empty()) times.erase(times.begin());  // what was shown before the step
+  if (!times.empty()) times.erase(times.begin());  // the state before the step is already shown
   for (const double time : times) {
     std::vector<std::shared_ptr<const Frame>> shown;
     for (const auto& side : of_sides) {
@@ -184,16 +185,16 @@ void Session::take_in_parts(const std::vector<std::vector<std::shared_ptr<const 
       const auto end = std::find_if(side.begin(), side.end(), later);
       if (end != side.begin()) shown.push_back(*std::prev(end));
     }
-    if (shown.size() == of_sides.size()) parts_.push_back(std::move(shown));
+    if (shown.size() == of_sides.size()) substeps_.push_back(std::move(shown));
   }
 }
 
-/// Of single steps, all.
-void Session::keep_the_last() {
-  if (!sides_.empty() && history_.moments().back()->frames.front()->time < earliest()) keep();
+/// Stores a moment after every single step.
+void Session::store_last_moment() {
+  if (!sides_.empty() && history_.moments().back()->frames.front()->time < earliest()) store_moment();
 }
 
-void Session::keep() {
+void Session::store_moment() {
   Moment moment;
   const double elapsed = std::chrono::duration<double>(Clock::now() - started_).count();
   const bool measured = history_.moments().empty() || measure_seconds_ < kMeasureShare * elapsed;
@@ -207,15 +208,15 @@ void Session::keep() {
   moment_ = history_.moments().size() - 1;
 }
 
-/// A step after a look back goes on from what was shown.
-void Session::go_on_from_shown() {
+/// Restores the shown moment, so that the next step continues from there.
+void Session::restore_shown_moment() {
   const auto& moments = history_.moments();
-  const bool lost = std::any_of(lost_.begin(), lost_.end(), [](int one) { return one >= 0; });
-  if (moments.empty() || (moment_ + 1 >= moments.size() && !lost)) return;
+  const bool any_diverged = std::any_of(diverged_.begin(), diverged_.end(), [](int one) { return one >= 0; });
+  if (moments.empty() || (moment_ + 1 >= moments.size() && !any_diverged)) return;
   const Moment& then = *moments[moment_];
   for (std::size_t s = 0; s < sides_.size(); ++s) {
-    if (then.scenes[s] != sides_[s]->shared_scene()) sides_[s]->change_back(then.scenes[s]);
-    sides_[s]->restore_state(then.states[s]), lost_[s] = -1;
+    if (then.scenes[s] != sides_[s]->shared_scene()) sides_[s]->restore_scene(then.scenes[s]);
+    sides_[s]->restore_state(then.states[s]), diverged_[s] = -1;
   }
   history_.cut_after(moment_);
   share_from_ = earliest(), share_since_ = Clock::now();
@@ -226,36 +227,36 @@ void Session::publish() {
   const auto& moments = history_.moments();
   const bool back = moment_ + 1 < moments.size();
   const auto shown_of = [&](std::size_t s) {
-    if (!parts_.empty()) return parts_.front()[s];
-    return back || lost_[s] >= 0 ? moments[moment_]->frames[s] : sides_[s]->frame(false);
+    if (!substeps_.empty()) return substeps_.front()[s];
+    return back || diverged_[s] >= 0 ? moments[moment_]->frames[s] : sides_[s]->frame(false);
   };
   for (std::size_t s = 0; s < sides_.size(); ++s) {
     const Side& side = *sides_[s];
-    shown.push_back({shown_of(s), back ? moments[moment_]->scenes[s] : side.shared_scene(), sides_[s]->looks(look_),
-                     side.warnings(), side.grips(), side.set_up_ms(), lost_[s]});
+    shown.push_back({shown_of(s), back ? moments[moment_]->scenes[s] : side.shared_scene(), sides_[s]->fields(field_),
+                     side.warnings(), side.handles(), side.set_up_ms(), diverged_[s]});
   }
   const auto distance = apart(shown);
   const std::lock_guard lock(mutex_);
   snapshot_.sides = std::move(shown), snapshot_.running = running_, snapshot_.pace = pace_;
   snapshot_.share = running_ ? share_ : 0, snapshot_.moment = moment_, snapshot_.moments = moments;
   snapshot_.apart = distance;
-  looked_ = false, ++snapshot_.version;
+  snapshot_taken_ = false, ++snapshot_.version;
 }
 
-/// After a scene was laid out: at its start, or where it was.
-void Session::start_anew() {
-  lost_.assign(sides_.size(), -1);
+/// Starts a new history after a scene was set up.
+void Session::restart_history() {
+  diverged_.assign(sides_.size(), -1);
   history_.clear();
   measure_seconds_ = 0, started_ = Clock::now();
-  keep();
+  store_moment();
   due_ = share_since_ = Clock::now(), share_from_ = earliest(), share_ = 0;
 }
 
 void Session::open(const std::string& path) {
-  ask([this, path] { begin(load_scene(path)); });
+  submit([this, path] { begin(load_scene(path)); });
 }
 void Session::open_made(const Scene& scene) {
-  ask([this, scene] { begin(scene); });
+  submit([this, scene] { begin(scene); });
 }
 
 void Session::begin(const Scene& scene) {
@@ -263,12 +264,12 @@ void Session::begin(const Scene& scene) {
   sides_.clear();
   sides_.push_back(std::move(side));
   running_ = false;
-  start_anew();
+  restart_history();
   say(scene.file + ": set up in " + shown(std::round(sides_[0]->set_up_ms())) + " ms");
 }
 
 void Session::compare(std::optional<Scene> other) {
-  ask([this, other] {
+  submit([this, other] {
     if (sides_.empty()) return;
     if (other) {
       auto side = std::make_unique<Side>(*other, options_);
@@ -278,64 +279,64 @@ void Session::compare(std::optional<Scene> other) {
     } else {
       sides_.resize(1);
     }
-    start_anew();
+    restart_history();
   });
 }
 
 void Session::change(std::size_t side, const Scene& scene) {
-  ask([this, side, scene] {
+  submit([this, side, scene] {
     if (side >= sides_.size()) return;
     try {
-      go_on_from_shown();
+      restore_shown_moment();
       sides_[side]->change(scene, false);
     } catch (const InputError&) {
       const std::lock_guard lock(mutex_);
       ++snapshot_.refused;
       throw;
     }
-    say("laid out anew in " + shown(std::round(10 * sides_[side]->set_up_ms()) / 10) + " ms");
-    keep();
+    say("set up again in " + shown(std::round(10 * sides_[side]->set_up_ms()) / 10) + " ms");
+    store_moment();
     due_ = Clock::now();
   });
 }
 
 void Session::run(bool on) {
-  ask([this, on] { set_running(on); });
+  submit([this, on] { set_running(on); });
 }
 void Session::toggle_run() {
-  ask([this] { set_running(!running_); });
+  submit([this] { set_running(!running_); });
 }
 
 void Session::set_running(bool on) {
   running_ = on && !sides_.empty();
   due_ = share_since_ = Clock::now();
-  if (running_) go_on_from_shown(), share_from_ = earliest();
+  if (running_) restore_shown_moment(), share_from_ = earliest();
 }
 
 void Session::step() {
-  ask([this] {
+  submit([this] {
     running_ = false;
     advance();
-    keep_the_last();
+    store_last_moment();
   });
 }
 
 void Session::substep() {
-  put([this] {
+  enqueue([this] {
     running_ = false;
-    if (!parts_.empty()) return parts_.pop_front();
+    if (!substeps_.empty()) return substeps_.pop_front();
     std::size_t bytes = 0;
-    for (const auto& side : sides_) bytes += side->bytes_of_parts();
+    for (const auto& side : sides_) bytes += side->bytes_of_substeps();
     if (bytes > history_.room())
-      throw InputError("substep: found a step whose parts take " + std::to_string(bytes >> 20) +
+      throw InputError("substep: found a step whose substeps take " + std::to_string(bytes >> 20) +
                        " MB; allowed: " + std::to_string(history_.room() >> 20) + " MB");
     advance(true);
-    keep_the_last();
+    store_last_moment();
   });
 }
 
 void Session::reset() {
-  ask([this] {
+  submit([this] {
     if (sides_.empty()) return;
     for (std::size_t s = 0; s < sides_.size(); ++s) {
       if (history_.moments().front()->scenes[s] != sides_[s]->shared_scene())
@@ -343,41 +344,41 @@ void Session::reset() {
       else
         sides_[s]->restore_state(history_.moments().front()->states[s]);
     }
-    start_anew();
+    restart_history();
   });
 }
 
 void Session::set_pace(double pace) {
-  put([this, pace] { pace_ = pace, due_ = Clock::now(); });
+  enqueue([this, pace] { pace_ = pace, due_ = Clock::now(); });
 }
 
-void Session::set_look(Look look) {
-  put([this, look] { look_ = look; });
+void Session::set_visual_field(VisualField field) {
+  enqueue([this, field] { field_ = field; });
 }
 
 void Session::show(std::size_t moment) {
-  ask([this, moment] {
+  submit([this, moment] {
     running_ = false;
     if (!history_.moments().empty()) moment_ = std::min(moment, history_.moments().size() - 1);
   });
 }
 
 void Session::show_back() {
-  ask([this] {
+  submit([this] {
     running_ = false;
     if (moment_ > 0) --moment_;
   });
 }
 
-void Session::grip(const std::vector<std::size_t>& sides, int particle, const Vec3& to, bool firm) {
-  ask([=, this] {
+void Session::set_handle(const std::vector<std::size_t>& sides, int particle, const Vec3& to, bool is_held) {
+  submit([=, this] {
     if (std::any_of(sides.begin(), sides.end(), [this](std::size_t s) { return s >= sides_.size(); })) return;
-    go_on_from_shown();
+    restore_shown_moment();
     std::vector<std::size_t> taken;
     try {
       for (const std::size_t s : sides) {
-        const bool before = sides_[s]->grips().contains(particle);
-        sides_[s]->grip(particle, to, firm);
+        const bool before = sides_[s]->handles().contains(particle);
+        sides_[s]->set_handle(particle, to, is_held);
         if (!before) taken.push_back(s);
       }
     } catch (const InputError&) {
@@ -388,26 +389,26 @@ void Session::grip(const std::vector<std::size_t>& sides, int particle, const Ve
 }
 
 void Session::release(const std::vector<std::size_t>& sides, int particle) {
-  ask([=, this] {
+  submit([=, this] {
     for (const std::size_t s : sides)
       if (s < sides_.size()) sides_[s]->release(particle);
   });
 }
 
 void Session::cut(std::size_t side, const std::vector<Edge>& edges) {
-  ask([=, this] {
+  submit([=, this] {
     if (side >= sides_.size()) return;
-    go_on_from_shown();
+    restore_shown_moment();
     say("cut: " + counted(sides_[side]->cut(edges), "vertex", "vertices") + " parted");
   });
 }
 
-/// What is shown: of a run that diverged the last moment before.
+/// Saves the shown moment; after a divergence, the last moment before.
 void Session::save(std::size_t side, const std::string& scene_path, const std::string& checkpoint_path) {
-  put([=, this] {
+  enqueue([=, this] {
     if (side >= sides_.size()) return;
     const auto& moments = history_.moments();
-    if (moment_ + 1 < moments.size() || lost_[side] >= 0)
+    if (moment_ + 1 < moments.size() || diverged_[side] >= 0)
       save_state(*moments[moment_]->scenes[side], moments[moment_]->states[side], options_, scene_path,
                  checkpoint_path);
     else

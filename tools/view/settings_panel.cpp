@@ -8,7 +8,7 @@ namespace malha::view {
 
 namespace {
 
-/// True once a number was typed or a slider let go of.
+/// Returns true once a number was entered or a slider released.
 bool done() { return ImGui::IsItemDeactivatedAfterEdit(); }
 
 bool number(const char* name, double& value, const char* unit = "") {
@@ -145,7 +145,7 @@ void settings_panel(const Snapshot& now, Session& session, Choices& choices, std
   ImGui::Separator();
   changed |= bodies(scene), changed |= obstacles(scene);
   ImGui::PopItemWidth();
-  ImGui::TextWrapped("A change lays the scene out anew. The last time it took %.3g ms.", shown_side.set_up_ms);
+  ImGui::TextWrapped("A change sets the scene up again. The last time it took %.3g ms.", shown_side.set_up_ms);
   ImGui::PopID();
   if (changed) session.change(choices.side, scene);
 }

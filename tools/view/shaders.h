@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What runs on the GPU (GLSL 3.30). Colours are sRGB outside, linear inside.
+// Shaders (GLSL 3.30). Input and output colours are sRGB, lighting is linear.
 #pragma once
 
 namespace malha::view {
@@ -18,7 +18,7 @@ void main() {
   gl_Position = camera * at;
 })";
 
-/// A hemisphere of sky, and a sun with a shadow. Both sides alike.
+/// Lights surfaces by a hemisphere of sky and a sun with a shadow, on both sides alike.
 inline constexpr const char* kSurfaceFragment = R"(#version 330 core
 in vec3 world, across, tint;
 in vec4 lit;
@@ -64,7 +64,7 @@ uniform float shade;
 out vec4 colour;
 void main() { colour = vec4(tint * shade, 1); })";
 
-/// Points as balls.
+/// Draws points as balls.
 inline constexpr const char* kBallFragment = R"(#version 330 core
 in vec3 tint;
 out vec4 colour;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the window shows of a simulation at one time. Made by the solver's thread, and never changed afterwards.
+// Immutable state of a simulation at one time for display; the solver's thread makes it.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -15,30 +15,30 @@
 
 namespace malha::view {
 
-inline constexpr std::size_t kManyTriangles = 400'000;  // more take long to draw
+inline constexpr std::size_t kManyTriangles = 400'000;  // above this, drawing is simplified
 
-/// What does not change from frame to frame; another one after each tear and each change of the scene.
+/// Meshes that frames share; a new one after each tear and each change of the scene.
 struct Body {
-  RenderMesh look;  // by the user's numbers
+  RenderMesh mesh;  // in the user's numbering
   std::vector<std::array<unsigned, 3>> triangles;
-  std::vector<std::array<unsigned, 2>> edges;  // of faces, and lines
-  std::vector<unsigned> loose;                 // that belong to neither
+  std::vector<std::array<unsigned, 2>> edges;  // of faces and lines
+  std::vector<unsigned> loose;                 // particles in no face and no line
   std::vector<unsigned> pinned;                // at the start
   double spacing = 0;                          // m, the mean length of the edges at the start
-  std::optional<Coarse> coarse;                // of very many triangles, for pictures without a GPU
+  std::optional<DecimatedMesh> decimated;      // of bodies with very many triangles, for drawing without a GPU
 };
 
 struct Frame {
   std::int64_t steps = 0;
-  int substep = 0;  // of the next step, from 1, where it is looked at in parts; 0: the step is whole
+  int substep = 0;  // of the next step, from 1, when substeps are shown; 0 after a whole step
   double time = 0;  // s
   std::shared_ptr<const Body> body;
   std::shared_ptr<const std::vector<EnvironmentMesh>> environment;
-  std::vector<Place> x;                             // m, the user's order
+  std::vector<Point3f> x;                           // m, the user's order
   std::vector<float> speed;                         // m/s
-  std::optional<Measures> measures;                 // not of every frame
-  double step_ms = 0;                               // of the last step
-  std::array<double, kPassNames.size()> pass_ms{};  // of its passes
+  std::optional<Measures> measures;                 // only of some frames
+  double step_ms = 0;                               // duration of the last step
+  std::array<double, kPassNames.size()> pass_ms{};  // durations of its passes
 };
 
 }  // namespace malha::view

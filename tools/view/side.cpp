@@ -13,12 +13,12 @@ namespace malha::view {
 
 namespace {
 
-constexpr double kCoarse = 40'000;    // particles, about
-constexpr double kCompliance = 1e-3;  // m/N, of the spring that pulls: 1 kg on it hangs 1 cm lower
+constexpr double kDecimatedParticles = 40'000;  // particles, about
+constexpr double kCompliance = 1e-3;            // m/N, of the handle's spring: a weight of 1 kg extends it by 1 cm
 
 std::shared_ptr<const Body> body_of(const Model& model) {
   auto body = std::make_shared<Body>();
-  body->look = model.look;
+  body->mesh = model.look;
   const Mesh mesh{model.look.points, model.look.faces, model.look.lines, {}};
   std::vector<bool> used(model.look.points.size(), false);
   for (const Triangle& t : triangles(mesh)) {
@@ -34,7 +34,7 @@ std::shared_ptr<const Body> body_of(const Model& model) {
   for (int i = 0; i < model.count(); ++i)
     if (!(model.w[i] > 0)) body->pinned.push_back(unsigned(model.user_index[i]));
   if (body->triangles.size() > kManyTriangles)
-    body->coarse = coarse_of(used.size(), body->triangles, body->edges, double(used.size()) / kCoarse);
+    body->decimated = decimate(used.size(), body->triangles, body->edges, double(used.size()) / kDecimatedParticles);
   return body;
 }
 
@@ -56,52 +56,52 @@ void Side::change(const Scene& scene, bool from_start) {
   environment_ = std::make_shared<const std::vector<EnvironmentMesh>>(simulation_->model().environment);
   warnings_ = malha::warnings(simulation_->model());
   before_ = {}, pass_ms_ = {}, step_ms_ = 0;
-  const std::map<int, Grip> grips = std::exchange(grips_, {});
-  note_body();
+  const std::map<int, Handle> handles = std::exchange(handles_, {});
+  update_body();
   if (from_start) return;
-  for (const auto& [particle, one] : grips) {
+  for (const auto& [particle, one] : handles) {
     try {
-      grip(particle, one.to, one.firm);
-    } catch (const InputError&) {  // the new scene has no such particle, or cannot hold it: it is free
+      set_handle(particle, one.to, one.is_held);
+    } catch (const InputError&) {  // the new scene has no such particle or cannot hold it, so it is released
     }
   }
 }
 
-void Side::change_back(const std::shared_ptr<const Scene>& scene) {
+void Side::restore_scene(const std::shared_ptr<const Scene>& scene) {
   change(*scene, true);
-  scene_ = scene;  // the very same: it is known by that
+  scene_ = scene;  // the same pointer, which identifies it
 }
 
-void Side::note_body() {
+void Side::update_body() {
   const RenderMesh& look = simulation_->model().look;
   const auto same = [&look](const RenderMesh& one) {
     return one.points == look.points && one.faces == look.faces && one.lines == look.lines &&
            one.body_begin == look.body_begin;
   };
-  if (!body_ || !same(body_->look)) body_ = body_of(simulation_->model());
+  if (!body_ || !same(body_->mesh)) body_ = body_of(simulation_->model());
   tears_ = simulation_->tears();
-  looks_.reset();
-  grips_.clear();  // tears may have numbered them anew
-  for (const ParticleHandle& one : simulation_->handles()) grips_[one.particle] = {one.to, one.is_held()};
+  fields_.reset();
+  handles_.clear();  // tears may have renumbered the particles
+  for (const ParticleHandle& one : simulation_->handles()) handles_[one.particle] = {one.to, one.is_held()};
 }
 
-std::shared_ptr<const Looks> Side::looks(Look look) {
-  Looks next = looks_ ? *looks_ : Looks{body_, nullptr, nullptr, nullptr, nullptr, nullptr};
+std::shared_ptr<const VisualFields> Side::fields(VisualField field) {
+  VisualFields next = fields_ ? *fields_ : VisualFields{body_, nullptr, nullptr, nullptr, nullptr, nullptr};
   const Model& model = simulation_->model();
-  const bool structure = look == Look::Patch || look == Look::Phase || look == Look::Batch;
-  if (look == Look::Strain && !next.strains)
+  const bool structure = field == VisualField::Patch || field == VisualField::Phase || field == VisualField::Batch;
+  if (field == VisualField::Strain && !next.strains)
     next.strains = std::make_shared<const Strains>(model);
-  else if (look == Look::Residual && !next.residuals)
+  else if (field == VisualField::Residual && !next.residuals)
     next.residuals = std::make_shared<const Residuals>(model);
-  else if (look == Look::Contact && !next.contacts)
+  else if (field == VisualField::Contact && !next.contacts)
     next.contacts = std::make_shared<const Contacts>(model);
-  else if (look == Look::Force && !next.forces)
+  else if (field == VisualField::Force && !next.forces)
     next.forces = std::make_shared<const PinForces>(model);
   else if (structure && !next.structure)
     next.structure = std::make_shared<const Structure>(malha::structure(model, threads()));
-  else if (looks_)
-    return looks_;
-  return looks_ = std::make_shared<const Looks>(std::move(next));
+  else if (fields_)
+    return fields_;
+  return fields_ = std::make_shared<const VisualFields>(std::move(next));
 }
 
 void Side::step() {
@@ -109,10 +109,10 @@ void Side::step() {
   const auto& now = simulation_->solver().pass_seconds();
   for (std::size_t k = 0; k < now.size(); ++k) pass_ms_[k] = 1e3 * (now[k] - before_[k]);
   before_ = now;
-  if (simulation_->tears() != tears_) note_body();
+  if (simulation_->tears() != tears_) update_body();
 }
 
-std::vector<std::shared_ptr<const Frame>> Side::step_in_parts() {
+std::vector<std::shared_ptr<const Frame>> Side::step_by_substeps() {
   std::vector<std::shared_ptr<const Frame>> parts;
   simulation_->step([&](int substep, double time) {
     if (substep == scene_->solver.substeps) return;
@@ -120,46 +120,46 @@ std::vector<std::shared_ptr<const Frame>> Side::step_in_parts() {
     part->substep = substep, part->time = time;
     parts.push_back(part);
   });
-  before_ = simulation_->solver().pass_seconds();  // looking took time: of no use as the time of a step
-  if (simulation_->tears() != tears_) note_body();
+  before_ = simulation_->solver().pass_seconds();  // the time of copying frames is no time of a step
+  if (simulation_->tears() != tears_) update_body();
   return parts;
 }
 
-std::size_t Side::bytes_of_parts() const {
-  return std::size_t(scene_->solver.substeps) * body_->look.points.size() * (sizeof(Place) + sizeof(float));
+std::size_t Side::bytes_of_substeps() const {
+  return std::size_t(scene_->solver.substeps) * body_->mesh.points.size() * (sizeof(Point3f) + sizeof(float));
 }
 
 std::shared_ptr<const Frame> Side::frame(bool measured) {
   auto frame = std::make_shared<Frame>();
   frame->steps = simulation_->steps(), frame->time = simulation_->time(), frame->body = body_,
   frame->environment = environment_;
-  for (const Vec3& x : simulation_->positions()) frame->x.push_back(place_of(x));
+  for (const Vec3& x : simulation_->positions()) frame->x.push_back(to_point3f(x));
   for (const Vec3& v : simulation_->velocities()) frame->speed.push_back(float(std::sqrt(dot(v, v))));
   if (measured) frame->measures = simulation_->measure();
   frame->step_ms = step_ms_, frame->pass_ms = pass_ms_;
   return frame;
 }
 
-void Side::grip(int particle, const Vec3& to, bool firm) {
-  if (firm)
+void Side::set_handle(int particle, const Vec3& to, bool is_held) {
+  if (is_held)
     simulation_->hold(particle, to);
   else
     simulation_->pull(particle, to, kCompliance);
-  grips_[particle] = {to, firm};
+  handles_[particle] = {to, is_held};
 }
 
 void Side::release(int particle) {
   simulation_->release(particle);
-  grips_.erase(particle);
+  handles_.erase(particle);
 }
 
 void Side::release_all() {
-  while (!grips_.empty()) release(grips_.begin()->first);
+  while (!handles_.empty()) release(handles_.begin()->first);
 }
 
 int Side::cut(const std::vector<Edge>& edges) {
   const int parted = simulation_->cut(edges);
-  if (parted > 0) note_body();
+  if (parted > 0) update_body();
   return parted;
 }
 
@@ -179,11 +179,11 @@ void save_state(const Scene& scene, const std::string& state, const SimulationOp
 void Side::restore_state(const std::string& state) {
   release_all();
   simulation_->restore_state(state);
-  if (simulation_->tears() != tears_) note_body();
+  if (simulation_->tears() != tears_) update_body();
   before_ = simulation_->solver().pass_seconds(), pass_ms_ = {}, step_ms_ = 0;
 }
 
-int Side::lost() const {
+int Side::diverged_particle() const {
   const std::vector<Vec3> x = simulation_->positions(), v = simulation_->velocities();
   int fastest = -1;
   double most = -1;

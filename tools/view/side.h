@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One of the simulations of the window, and what is done to it. Only the solver's thread uses it.
+// One simulation of the window with the operations on it. Only the solver's thread uses it.
 #pragma once
 #include <map>
 #include <memory>
@@ -11,10 +11,10 @@
 
 namespace malha::view {
 
-/// A particle that is pulled or held by hand, and the point (m) that it is to be at.
-struct Grip {
+/// Handle of a particle: the point (m) to which it is pulled, or where it is held.
+struct Handle {
   Vec3 to;
-  bool firm = false;  // held there, as by a pin
+  bool is_held = false;  // held like a pin
 };
 
 class Side {
@@ -22,38 +22,40 @@ class Side {
   /// Throws InputError.
   Side(const Scene& scene, const SimulationOptions& options);
 
-  /// Lays the scene out anew: at its start, or where the present one is. After an exception all is as it was.
+  /// Sets up another scene at its start, or with the state of the present one. An exception leaves everything
+  /// unchanged.
   void change(const Scene& scene, bool from_start);
 
-  /// To a scene that it had before, whose state is to come.
-  void change_back(const std::shared_ptr<const Scene>& scene);
+  /// Returns to an earlier scene, whose state is restored afterwards.
+  void restore_scene(const std::shared_ptr<const Scene>& scene);
 
   /// One step. Throws Diverged.
   void step();
-  /// Frames of all its substeps but the last, which is the step.
-  std::vector<std::shared_ptr<const Frame>> step_in_parts();
-  std::size_t bytes_of_parts() const;
+  /// Takes a step and returns the frames of all its substeps but the last, which is the end of the step.
+  std::vector<std::shared_ptr<const Frame>> step_by_substeps();
+  std::size_t bytes_of_substeps() const;
 
-  /// Measured: with what takes long to know.
+  /// Returns the present frame. `measured`: with measures, which take long.
   std::shared_ptr<const Frame> frame(bool measured);
 
-  /// What this look, and those asked for before, need of the present bodies.
-  std::shared_ptr<const Looks> looks(Look look);
+  /// Returns the visual fields of the present bodies, with this one and all that were requested before.
+  std::shared_ptr<const VisualFields> fields(VisualField field);
 
-  /// By hand; `firm`: where it is to stay. Throws InputError for a particle that cannot be taken.
-  void grip(int particle, const Vec3& to, bool firm);
+  /// Sets a handle that pulls a particle, or holds it (`is_held`). Throws InputError for a particle that cannot have
+  /// one.
+  void set_handle(int particle, const Vec3& to, bool is_held);
   void release(int particle);
   void release_all();
-  const std::map<int, Grip>& grips() const { return grips_; }
+  const std::map<int, Handle>& handles() const { return handles_; }
 
-  /// How many vertices were parted.
+  /// Cuts along edges and returns the number of split vertices.
   int cut(const std::vector<Edge>& edges);
 
   /// Saves the scene, and the present state for malha run --resume.
   void save(const std::string& scene_path, const std::string& checkpoint_path) const;
 
   std::string save_state() const { return simulation_->save_state(); }
-  /// To a state since the last change.
+  /// Restores a state since the last change of the scene.
   void restore_state(const std::string& state);
 
   const Scene& scene() const { return *scene_; }
@@ -64,26 +66,26 @@ class Side {
   const std::vector<std::string>& warnings() const { return warnings_; }
   double set_up_ms() const { return set_up_ms_; }
 
-  /// The particle that a run which diverged lost: the first without a finite place, else the fastest.
-  int lost() const;
+  /// Returns the particle that shows a divergence: the first whose position is not finite, otherwise the fastest.
+  int diverged_particle() const;
 
  private:
-  void note_body();
+  void update_body();
 
   SimulationOptions options_;
   std::shared_ptr<const Scene> scene_;
   std::unique_ptr<Simulation> simulation_;
   std::shared_ptr<const Body> body_;
   std::shared_ptr<const std::vector<EnvironmentMesh>> environment_;
-  std::shared_ptr<const Looks> looks_;
+  std::shared_ptr<const VisualFields> fields_;
   std::vector<std::string> warnings_;
-  std::map<int, Grip> grips_;
+  std::map<int, Handle> handles_;
   int tears_ = 0;
   double set_up_ms_ = 0, step_ms_ = 0;
   std::array<double, kPassNames.size()> before_{}, pass_ms_{};
 };
 
-/// The same of a state that it had.
+/// Saves a scene, and a stored state of it for malha run --resume.
 void save_state(const Scene& scene, const std::string& state, const SimulationOptions& options,
                 const std::string& scene_path, const std::string& checkpoint_path);
 

@@ -2,7 +2,7 @@
 #include "tools/view/window.h"
 
 #include <epoxy/gl.h>
-// After OpenGL's own names.
+// GLFW must be included after OpenGL.
 #include <GLFW/glfw3.h>
 #include <backends/imgui_impl_glfw.h>
 #include <backends/imgui_impl_opengl3.h>
@@ -26,7 +26,7 @@ std::string glfw_error() {
   return what ? what : "unknown";
 }
 
-/// GLFW and its window.
+/// Owns GLFW and its window.
 class Display {
  public:
   Display(int width, int height) {
@@ -55,12 +55,12 @@ class Display {
   GLFWwindow* window_ = nullptr;
 };
 
-/// Dear ImGui in that window.
+/// Owns Dear ImGui in that window.
 class Gui {
  public:
   explicit Gui(GLFWwindow* window, float scale) {
     ImGui::CreateContext();
-    ImGui::GetIO().IniFilename = nullptr;  // no file is left behind
+    ImGui::GetIO().IniFilename = nullptr;  // write no file
     ImGui::StyleColorsDark();
     ImGui::GetIO().FontGlobalScale = scale;
     ImGui::GetStyle().ScaleAllSizes(scale);
@@ -76,20 +76,20 @@ class Gui {
   Gui& operator=(const Gui&) = delete;
 };
 
-/// What GLFW's callbacks reach.
+/// The objects that GLFW's callbacks use.
 struct Listener {
   App& app;
-  Keys keys;
+  InputQueue keys;
 };
 Listener& listener_of(GLFWwindow* window) { return *static_cast<Listener*>(glfwGetWindowUserPointer(window)); }
 
 bool is_modifier(int key) { return key >= GLFW_KEY_LEFT_SHIFT && key <= GLFW_KEY_RIGHT_SUPER; }
 
-/// In place of Dear ImGui's own callbacks, which then get from listen() what these have kept.
+/// Replaces Dear ImGui's callbacks by ones that queue the events; listen() passes them on.
 void keep_keys(GLFWwindow* window) {
-  glfwSetKeyCallback(window, [](GLFWwindow* of, int key, int scan, int action, int held) {
+  glfwSetKeyCallback(window, [](GLFWwindow* of, int key, int scancode, int action, int held) {
     const Input::Kind kind = is_modifier(key) ? Input::Kind::Modifier : Input::Kind::Key;
-    listener_of(of).keys.add({kind, key, action, held, scan, action == GLFW_PRESS, action == GLFW_REPEAT});
+    listener_of(of).keys.add({kind, key, action, held, scancode, action == GLFW_PRESS, action == GLFW_REPEAT});
   });
   glfwSetCharCallback(window, [](GLFWwindow* of, unsigned letter) {
     listener_of(of).keys.add({Input::Kind::Letter, int(letter)});
@@ -99,22 +99,22 @@ void keep_keys(GLFWwindow* window) {
   });
 }
 
-/// What the keys and buttons of this picture are, once Dear ImGui has them.
+/// Passes the events of this frame to Dear ImGui and returns them.
 std::vector<Input> listen(GLFWwindow* window) {
-  const std::vector<Input> inputs = listener_of(window).keys.of_a_picture();
+  const std::vector<Input> inputs = listener_of(window).keys.of_next_frame();
   for (const Input& input : inputs) {
     if (input.kind == Input::Kind::Letter) {
       ImGui_ImplGlfw_CharCallback(window, unsigned(input.code));
     } else if (input.kind == Input::Kind::Button) {
       ImGui_ImplGlfw_MouseButtonCallback(window, input.code, input.action, input.held);
     } else {
-      ImGui_ImplGlfw_KeyCallback(window, input.code, input.scan, input.action, input.held);
+      ImGui_ImplGlfw_KeyCallback(window, input.code, input.scancode, input.action, input.held);
     }
   }
   return inputs;
 }
 
-/// A driver that draws on the CPU keeps one core: threads that wait for each other stand still without it.
+/// Leaves one core to a driver that renders on the CPU, because threads that synchronise stall when a core is missing.
 WindowOptions for_solver(WindowOptions options, bool in_software) {
   if (in_software && options.simulation.threads == 0) options.simulation.threads = std::max(1, available_threads() - 1);
   return options;
@@ -123,10 +123,11 @@ WindowOptions for_solver(WindowOptions options, bool in_software) {
 }  // namespace
 
 void show_window(const WindowOptions& options) {
-  for (const std::string& scene : options.scenes) load_scene(scene);  // refused before a window opens
+  for (const std::string& scene : options.scenes) load_scene(scene);  // a bad scene is refused before a window opens
   const Display display(options.width, options.height);
   GLFWwindow* window = display.window();
-  // A driver that draws on the CPU takes it from the solver: half the time at most, and less of very many triangles.
+  // A driver that renders on the CPU competes with the solver. It gets half the time at most, and bodies with very many
+  // triangles are decimated.
   const std::string renderer = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
   const bool in_software = renderer.find("llvmpipe") != std::string::npos;
   float scale = 1;
@@ -140,15 +141,15 @@ void show_window(const WindowOptions& options) {
   const Gui gui(window, scale);
   keep_keys(window);
   double took = 0;
-  while (!glfwWindowShouldClose(window) && !app.quits()) {
-    const double rest = app.rests() ? 0.25 : std::max(1.0 / 60 - took, in_software && app.runs() ? took : 1e-3);
-    glfwWaitEventsTimeout(listener.keys.waits() ? 1e-3 : rest);
+  while (!glfwWindowShouldClose(window) && !app.should_quit()) {
+    const double rest = app.is_idle() ? 0.25 : std::max(1.0 / 60 - took, in_software && app.is_running() ? took : 1e-3);
+    glfwWaitEventsTimeout(listener.keys.has_pending() ? 1e-3 : rest);
     const double start = glfwGetTime();
     const std::vector<Input> inputs = listen(window);
     ImGui_ImplOpenGL3_NewFrame();
     ImGui_ImplGlfw_NewFrame();
     ImGui::NewFrame();
-    for (const Input& input : inputs)  // now it is known whether a field takes them
+    for (const Input& input : inputs)  // only now does Dear ImGui tell whether a text field uses them
       if ((input.kind == Input::Kind::Key || input.kind == Input::Kind::Modifier) && input.action != GLFW_RELEASE)
         app.key(input.code, input.held);
     int width = 0, height = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The window: what is seen, and what mouse and keys do.
+// The window: its options and its main loop.
 #pragma once
 #include <filesystem>
 #include <string>
@@ -11,13 +11,13 @@ namespace malha::view {
 
 struct WindowOptions {
   std::vector<std::string> scenes;  // none, one, or two to compare
-  std::filesystem::path out;        // folder of what is saved
+  std::filesystem::path out;        // folder of saved files
   int width = 1280, height = 800;   // pixels
   SimulationOptions simulation;
 };
 
 /// Opens the window and returns when it is closed. Throws InputError for a scene that cannot be opened,
-/// std::runtime_error where there is no display or no OpenGL 3.3.
+/// std::runtime_error without a display or OpenGL 3.3.
 void show_window(const WindowOptions& options);
 
 }  // namespace malha::view

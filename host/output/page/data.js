@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads what host/output/page_pack.cpp writes.
+// Decoding of a run's data: the counterpart of host/output/page_pack.cpp.
 'use strict';
 
 async function inflated(text) {
@@ -9,7 +9,7 @@ async function inflated(text) {
   return new Uint8Array(await new Response(stream).arrayBuffer());
 }
 
-// `count` numbers, as differences to those `stride` before, of so many bytes each.
+// Decodes `count` numbers of `bytes` bytes each, stored as differences to those `stride` before.
 const kWords = {1: Uint8Array, 2: Uint16Array, 4: Uint32Array};
 async function unpacked(text, count, stride, bytes) {
   const planes = await inflated(text), numbers = new kWords[bytes](count);
@@ -22,26 +22,26 @@ async function unpacked(text, count, stride, bytes) {
   return numbers;
 }
 
-// Where the pictures' origin lies (m): single precision has few digits far from 0.
+// Origin of the rendered coordinates (m), because single precision is coarse far from 0.
 const origin = [0, 0, 0];
 function chooseOrigin(box) {
   const size = box.getSize(new THREE.Vector3()).length(), centre = box.getCenter(new THREE.Vector3());
   if (centre.length() > 100 * size) centre.toArray(origin);
 }
 
-// Places in m from the origin, x y z of one after the other.
-async function places(points, count, from = origin) {
-  const places = new Float32Array(3 * count);
-  if (count === 0) return places;
+// Decodes positions relative to the origin (m), as x y z of each point.
+async function positions(points, count, from = origin) {
+  const positions = new Float32Array(3 * count);
+  if (count === 0) return positions;
   const steps = await unpacked(points.data, 3 * count, 3, 2);
-  for (let i = 0; i < places.length; ++i) places[i] = points.low[i % 3] - from[i % 3] + points.side[i % 3] / 65535 * steps[i];
-  return places;
+  for (let i = 0; i < positions.length; ++i) positions[i] = points.low[i % 3] - from[i % 3] + points.side[i % 3] / 65535 * steps[i];
+  return positions;
 }
 
-// Looks that number particles, and how a page calls how many numbers there are.
+// Visual fields that number particles, and the names of their counts in a page.
 const kNumbered = {patch: 'patches', phase: 'phases'};
 
-// What of a page's mesh WebGL and the looks need.
+// Decodes a mesh for WebGL and the visual fields.
 async function meshOf(packed) {
   const faces = await unpacked(packed.faces, 4 * packed.face_count, 4, 4);
   const lines = await unpacked(packed.lines, 2 * packed.line_count, 2, 4);
@@ -52,7 +52,7 @@ async function meshOf(packed) {
   return all;
 }
 
-// A quad is two triangles; a triangle has its third corner twice.
+// A quad is two triangles; a triangle repeats its third corner.
 function trianglesOf(faces) {
   const all = new Uint32Array(faces.length / 4 * 6);
   let n = 0;
@@ -64,7 +64,7 @@ function trianglesOf(faces) {
   return all.slice(0, n);
 }
 
-// The sides of faces, and lines, each once.
+// The edges of faces, and lines, without duplicates.
 function edgesOf(mesh) {
   if (mesh.edges) return mesh.edges;
   const n = mesh.count, keys = new Float64Array(mesh.faces.length + mesh.lines.length / 2);
@@ -85,14 +85,14 @@ function edgesOf(mesh) {
   return mesh.edges = edges.slice(0, e);
 }
 
-// The frames of a run, read when they are wanted; those read last stay.
+// The frames of a run, decoded on demand, with a cache of those used last.
 class Frames {
   constructor(run) {
     this.run = run, this.all = run.frames, this.read = new Map(), this.meshes = new Map(), this.bytes = 0;
   }
   get start() { return this.all[0].time; }
   get end() { return this.all[this.all.length - 1].time; }
-  // The last one that is not after this time.
+  // Index of the last frame that is not after this time.
   at(time) {
     let low = 0, high = this.all.length - 1;
     while (low < high) {
@@ -101,7 +101,8 @@ class Frames {
     }
     return low;
   }
-  // Another frame, to tell speeds with: the one before, or the next where only that has the same mesh.
+  // Index of the frame for the finite difference of speeds: the one before, or the next if only that one has the same
+  // mesh.
   beside(k) {
     const alike = (j) => this.all[j] !== undefined && this.all[j].mesh === this.all[k].mesh;
     return k > 0 && (alike(k - 1) || !alike(k + 1)) ? k - 1 : Math.min(k + 1, this.all.length - 1);
@@ -111,8 +112,8 @@ class Frames {
     if (!this.meshes.has(m)) this.meshes.set(m, meshOf(this.run.meshes[m]));
     return this.meshes.get(m);
   }
-  // What pages of older versions, or of runs that have none, lack is null.
-  // Lines: the numbers of both ends, and of the batch; the largest number of batches in a patch.
+  // The following are null for runs without such data, and for pages of older versions. Lines with the indices of both
+  // ends and of the batch, and the largest number of batches in a patch.
   async batches(k) {
     const {batch} = this.run.meshes[this.all[k].mesh], mesh = await this.mesh(k);
     if (!batch || mesh.batches) return mesh.batches || null;
@@ -121,12 +122,12 @@ class Frames {
     for (let e = 0; e < ends.length; e += 2) ends[e + 1] += ends[e];
     return mesh.batches = {ends, numbers, most: batch.most};
   }
-  // Of each particle, m.
+  // Residual of each particle, m.
   async residuals(k) {
     const {residual, mesh} = this.all[k], count = this.run.meshes[mesh].count;
     return residual ? Float32Array.from(await unpacked(residual.data, count, count, 1), (step) => residual.most / 255 * step) : null;
   }
-  // Which particles; four of each: its normal, and its distance over the farthest one's.
+  // Contact points: the particles, and four numbers for each: the normal, and the distance over the largest one.
   async touches(k) {
     const {touches} = this.all[k];
     if (!touches) return null;
@@ -134,22 +135,22 @@ class Frames {
         [unpacked(touches.particles, touches.count, 1, 4), unpacked(touches.ways, 4 * touches.count, 4, 1)]);
     return {particles, ways: Float32Array.from(ways, (step) => step / 127 - 1), far: touches.far};
   }
-  // Of pins: which particles, and N, x y z of one after the other.
+  // Forces on pins: the particles, and x y z of each force in N.
   async forces(k) {
     const {forces} = this.all[k];
     if (!forces) return null;
     const [particles, newtons] = await Promise.all(
-        [unpacked(forces.particles, forces.count, 1, 4), places(forces.newtons, forces.count, [0, 0, 0])]);
+        [unpacked(forces.particles, forces.count, 1, 4), positions(forces.newtons, forces.count, [0, 0, 0])]);
     return {particles, newtons};
   }
-  places(k) {
+  positions(k) {
     const most = 256e6;  // bytes
     if (this.read.has(k)) {
       const known = this.read.get(k);
       this.read.delete(k), this.read.set(k, known);
       return known;
     }
-    const frame = this.all[k], count = this.run.meshes[frame.mesh].count, promise = places(frame.points, count);
+    const frame = this.all[k], count = this.run.meshes[frame.mesh].count, promise = positions(frame.points, count);
     this.read.set(k, promise), this.bytes += 12 * count;
     for (const old of this.read.keys()) {
       if (this.bytes <= most || old === k) break;
@@ -157,18 +158,19 @@ class Frames {
     }
     return promise;
   }
-  // On straight lines between frames; null where a tear lies between them.
-  async placesAt(time) {
-    const k = this.at(time), one = this.all[k], next = this.all[k + 1], x = await this.places(k);
+  // Linear interpolation between frames; null if a tear lies between them.
+  async positionsAt(time) {
+    const k = this.at(time), one = this.all[k], next = this.all[k + 1], x = await this.positions(k);
     const part = next ? (time - one.time) / (next.time - one.time) : 0;
     if (part < 1e-6) return x;
     if (next.mesh !== one.mesh) return null;
-    const y = await this.places(k + 1);
+    const y = await this.positions(k + 1);
     return x.map((at, i) => at + part * (y[i] - at));
   }
 }
 
-// The places of one mesh's particles by the numbers of another; NaN where it has none. Tears add to the ends of bodies.
+// Maps the positions of one mesh's particles to the numbering of another; NaN for particles that it lacks. Tears append
+// particles to their bodies.
 function renumbered(x, from, to) {
   if (from === to) return x;
   const all = new Float32Array(3 * to.count).fill(NaN);

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// What particles are coloured by, and what is drawn beside them.
+// Visual fields: colours of particles, and lines that are drawn beside them.
 'use strict';
 
 function linear(colour) { return new THREE.Color(...colour).convertSRGBToLinear(); }
 
-// Turbo (Mikhailov 2019), at seven places.
+// The colour map Turbo (Mikhailov 2019), interpolated between seven stops.
 const kTurboColour = new THREE.Color();
 const kTurbo = [[48, 18, 59], [70, 134, 251], [26, 228, 182], [164, 252, 60], [251, 185, 56], [228, 70, 10], [122, 4, 3]];
 function turbo(part, to, at) {
@@ -13,7 +13,7 @@ function turbo(part, to, at) {
   kTurboColour.fromArray(to, at).convertSRGBToLinear().toArray(to, at);
 }
 
-// A colour for a number: those that follow each other are far apart. 0: grey, for none.
+// The colour of a number, with consecutive ones far apart. 0 is grey and means none.
 const kDistinct = new Map();
 function distinct(number) {
   if (!kDistinct.has(number)) {
@@ -24,53 +24,53 @@ function distinct(number) {
   return kDistinct.get(number);
 }
 
-// As the window has them: of what is not meant, and of what touches.
-const kPale = linear([205 / 255, 208 / 255, 214 / 255]), kTouches = linear([225 / 255, 60 / 255, 50 / 255]);
+// The window's colours of particles without a value, and of particles in contact.
+const kNoValue = linear([205 / 255, 208 / 255, 214 / 255]), kContact = linear([225 / 255, 60 / 255, 50 / 255]);
 
-// m, between what begins at two places of an array.
-function apart(p, a, b) { return Math.hypot(p[a] - p[b], p[a + 1] - p[b + 1], p[a + 2] - p[b + 2]); }
+// Distance (m) of two points, given by their offsets in an array.
+function distance(p, a, b) { return Math.hypot(p[a] - p[b], p[a + 1] - p[b + 1], p[a + 2] - p[b + 2]); }
 
-// The largest |l - l0| / l0 of the edges at each particle.
+// The largest |l - l0| / l0 of the edges of each particle.
 function strains(mesh, x, start) {
   const values = new Float32Array(mesh.count), edges = edgesOf(mesh);
   for (let e = 0; e < edges.length; e += 2) {
-    const i = edges[e], j = edges[e + 1], rest = apart(start, 3 * i, 3 * j);
-    const strain = rest > 0 ? Math.abs(apart(x, 3 * i, 3 * j) - rest) / rest : 0;
+    const i = edges[e], j = edges[e + 1], rest = distance(start, 3 * i, 3 * j);
+    const strain = rest > 0 ? Math.abs(distance(x, 3 * i, 3 * j) - rest) / rest : 0;
     values[i] = Math.max(values[i], strain), values[j] = Math.max(values[j], strain);
   }
   return values;
 }
 
-// m/s, between two frames. What has torn since has the speed of what it hangs on.
+// Speeds (m/s) by finite differences of two frames. A particle that a tear added since gets the speed of a neighbour.
 function speeds(mesh, x, last, dt) {
-  const values = new Float32Array(x.length / 3), fresh = [];
+  const values = new Float32Array(x.length / 3), added = [];
   if (!(dt > 0)) return values;
   for (let i = 0; i < values.length; ++i) {
     values[i] = Math.hypot(x[3 * i] - last[3 * i], x[3 * i + 1] - last[3 * i + 1], x[3 * i + 2] - last[3 * i + 2]) / dt;
-    if (isNaN(values[i])) fresh.push(i);
+    if (isNaN(values[i])) added.push(i);
   }
-  if (fresh.length === 0) return values;
+  if (added.length === 0) return values;
   const edges = edgesOf(mesh);
   for (let e = 0; e < edges.length; e += 2) {
     const [i, j] = [edges[e], edges[e + 1]];
     if (isNaN(values[i])) values[i] = values[j]; else if (isNaN(values[j])) values[j] = values[i];
   }
-  for (const i of fresh) values[i] = values[i] || 0;
+  for (const i of added) values[i] = values[i] || 0;
   return values;
 }
 
-// Looks that measure particles. Of pages that older versions wrote, null: they have no residuals.
+// Visual fields with a value for each particle. Residuals are null on pages of older versions.
 const kMeasured = {strain: strains, speed: (mesh, x, data) => speeds(mesh, x, data.last, data.dt),
                    residual: (mesh, x, residuals) => residuals};
 
-// Looks for which a run may lack something.
+// Visual fields that need data which a run may lack.
 const kNeeds = {patch: (run) => run.meshes.some((mesh) => mesh.patch), phase: (run) => run.meshes.some((mesh) => mesh.phase),
                 batch: (run) => run.meshes.some((mesh) => mesh.batch),
                 contact: (run) => run.frames.some((frame) => frame.touches),
                 force: (run) => run.frames.some((frame) => frame.forces),
                 residual: (run) => run.frames.some((frame) => frame.residual)};
 
-// Lines beside the bodies.
+// Lines that are drawn beside the bodies.
 function marksOf(lines) { return {x: new Float32Array(6 * lines), colours: new Float32Array(6 * lines)}; }
 
 // Lines in the colours of their batches.
@@ -83,7 +83,7 @@ function batchMarks(batches, x) {
   return marks;
 }
 
-// The normals of what is touched, from where it is touched, so long (m).
+// The contact normals as lines of this length (m) from the contact points.
 function normalMarks(touches, x, length) {
   const marks = marksOf(touches.particles.length), normal = new THREE.Vector3();
   touches.particles.forEach((i, t) => {
@@ -94,12 +94,12 @@ function normalMarks(touches, x, length) {
       marks.x[6 * t + c] = x[3 * i + c] - distance * along;
       marks.x[6 * t + 3 + c] = marks.x[6 * t + c] + length * along;
     }
-    kTouches.toArray(marks.colours, 6 * t), kTouches.toArray(marks.colours, 6 * t + 3);
+    kContact.toArray(marks.colours, 6 * t), kContact.toArray(marks.colours, 6 * t + 3);
   });
   return marks;
 }
 
-// Lines along the forces on pins, so long a newton (m).
+// The forces on pins as lines of `perNewton` metres a newton.
 function forceMarks(forces, x, perNewton) {
   const marks = marksOf(forces.particles.length);
   forces.particles.forEach((i, f) => {
@@ -107,21 +107,21 @@ function forceMarks(forces, x, perNewton) {
       marks.x[6 * f + c] = x[3 * i + c];
       marks.x[6 * f + 3 + c] = x[3 * i + c] + perNewton * forces.newtons[3 * f + c];
     }
-    kTouches.toArray(marks.colours, 6 * f), kTouches.toArray(marks.colours, 6 * f + 3);
+    kContact.toArray(marks.colours, 6 * f), kContact.toArray(marks.colours, 6 * f + 3);
   });
   return marks;
 }
 const sizes = (newtons) => Array.from({length: newtons.length / 3}, (_, f) => Math.hypot(...newtons.slice(3 * f, 3 * f + 3)));
 
-// The mean length of edges at the start, m; 0 without any.
+// The mean length of the edges at the start, m; 0 without any.
 function spacing(mesh, start) {
   const edges = edgesOf(mesh);
   let sum = 0;
-  for (let e = 0; e < edges.length; e += 2) sum += apart(start, 3 * edges[e], 3 * edges[e + 1]);
+  for (let e = 0; e < edges.length; e += 2) sum += distance(start, 3 * edges[e], 3 * edges[e + 1]);
   return sum / Math.max(edges.length / 2, 1);
 }
 
-// What the colours of a picture say, as HTML.
+// The legend of a picture's colours, as HTML.
 function legendOf(stage) {
   const {look, mesh, most, largest, data} = stage, several = kNumbered[look];
   if (several) return mesh[several] === 1 ? '1 ' + look : (mesh[several] || 'no') + ' ' + several;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Beside the pictures: what a run is, its numbers and its graphs.
+// The panel beside the pictures: name, measures, graphs, report and scene of each run.
 'use strict';
 
 const $ = (id) => document.getElementById(id);
@@ -33,28 +33,28 @@ function number(value) {
 const counted = (n, what) => n + ' ' + what + (n === 1 ? '' : 's');
 const titleOf = (run) => run.report.scene || 'run';
 
-// The largest of all but a tenth of all frames: one scale for both runs and all times.
-function usual(valueOf) {
+// The value below which nine of ten frames of all runs stay: one scale for both runs and all times.
+function commonScale(valueOf) {
   const all = malha.views.flatMap((view) => view.frames.all.map(valueOf)).sort((a, b) => a - b);
   return all[Math.floor(0.9 * (all.length - 1))];
 }
 
-// Folder, solver and settings: what two runs of one scene may differ in.
+// Folder, solver and settings, in which two runs of one scene may differ.
 function nameOf(run) {
   const solver = run.report.input.scene.solver || {}, folder = run.folder === undefined ? titleOf(run) : run.folder;
   return [folder, solver.type, number(solver.dt * 1000) + ' ms', counted(solver.substeps, 'substep'),
           counted(solver.iterations, 'iteration')].join(', ');
 }
 
-// Of graphs: where a time lies.
+// The x coordinate of a time in the graphs.
 const graphX = (time) => 56 + 234 * (time - malha.start) / (malha.end - malha.start || 1);
 
-// At the present time; between frames on straight lines.
+// Distance of two runs at the present time, interpolated linearly between frames.
 async function distanceApart(one, other) {
   const time = malha.time, early = (view) => time < view.frames.start - 1e-9 || time > view.frames.end + 1e-9;
-  if (early(one) || early(other)) return 'not both have frames of this time';
-  const [a, b] = await Promise.all([one.frames.placesAt(time), other.frames.placesAt(time)]);
-  if (!a || !b) return 'unknown: something tears between two frames';
+  if (early(one) || early(other)) return 'only one of the runs has frames at this time';
+  const [a, b] = await Promise.all([one.frames.positionsAt(time), other.frames.positionsAt(time)]);
+  if (!a || !b) return 'unknown: a body tears between two frames';
   if (a.length !== b.length) return 'not the same particles';
   let most = 0, sum = 0;
   for (let i = 0; i < a.length; i += 3) {
@@ -64,7 +64,7 @@ async function distanceApart(one, other) {
   return number(most) + ' m at most, ' + number(Math.sqrt(sum / Math.max(a.length / 3, 1))) + ' m RMS';
 }
 
-// Which body has which colour.
+// Adds the legend of the bodies' colours.
 function addBodies(panel, bodies) {
   if (bodies.length < 2) return;
   const names = element('div', panel, undefined, 'bodies');
@@ -89,9 +89,9 @@ function fillPanel() {
     for (const warning of run.warnings) element('div', panel, warning, 'warning');
     const count = run.meshes[0].count, frames = run.frames.length;
     element('div', panel, count.toLocaleString('en') + (count === 1 ? ' particle; ' : ' particles; ') + frames + (frames === 1 ? ' frame' : ' frames, one ' + (run.every === 1 ? 'a step' : 'every ' + run.every + ' steps')) +
-        '; places are rounded by at most ' + number(run.rounding * 1000) + ' mm. malha ' + run.malha + ', ' + report.status + '.');
+        '; positions are rounded by at most ' + number(run.rounding * 1000) + ' mm. malha ' + run.malha + ', ' + report.status + '.');
     const begins = run.frames[0].step;
-    if (begins > 0) element('div', panel, 'This run was resumed at step ' + begins + ': what was before is not here.', 'resumed');
+    if (begins > 0) element('div', panel, 'This run was resumed at step ' + begins + ': earlier frames are not in this page.', 'resumed');
     addBodies(panel, run.bodies);
     for (const graph of kGraphs) drawGraph(panel, view, graph);
     element('h2', panel, 'Now');

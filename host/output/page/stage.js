@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// One run in three.js: bodies, environment, looks.
+// Rendering of one run by three.js: bodies, environment and visual fields.
 'use strict';
 
-// Means over the triangles around each point, weighted by area.
+// Computes vertex normals as area-weighted means over the triangles around each point.
 function setNormals(normals, x, triangles) {
   normals.fill(0);
   for (let t = 0; t < triangles.length; t += 3) {
@@ -34,12 +34,12 @@ class Stage {
     this.marks = new THREE.LineSegments(new THREE.BufferGeometry(), new THREE.LineBasicMaterial({vertexColors: THREE.VertexColors}));
     this.marks.frustumCulled = this.marks.visible = false;
     this.scene.add(this.marks);
-    this.moving = [], this.parts = [], this.scales = {};  // of looks: what is at the end of the colours
+    this.moving = [], this.parts = [], this.scales = {};  // of visual fields: the value at the end of the colour scale
   }
 
   async prepare() {
     for (const object of this.run.environment) {
-      const x = await places(object.points, object.count, object.moves ? [0, 0, 0] : origin);
+      const x = await positions(object.points, object.count, object.moves ? [0, 0, 0] : origin);
       const faces = await unpacked(object.faces, 4 * object.face_count, 4, 4);
       const geometry = new THREE.BufferGeometry();
       geometry.setAttribute('position', new THREE.BufferAttribute(x, 3));
@@ -53,7 +53,7 @@ class Stage {
     this.light();
   }
 
-  // The box of the bodies over all frames; of a run that diverged, but for those of the explosion.
+  // The bounding box of the bodies over all frames, without the frames of an explosion if the run diverged.
   box() {
     const box = new THREE.Box3(), frames = this.run.frames, most = 10 * Math.hypot(...frames[0].points.side);
     const explodes = this.run.report.status === 'diverged';
@@ -76,7 +76,7 @@ class Stage {
     this.sun.shadow.bias = -0.0005;
   }
 
-  // Makes what is drawn of bodies, for the mesh of a frame.
+  // Builds the geometry of the bodies for the mesh of a frame.
   build(mesh) {
     for (const part of this.parts) this.scene.remove(part), part.geometry.dispose();
     this.parts = [], this.mesh = mesh, this.wire = null;
@@ -84,7 +84,7 @@ class Stage {
     this.normals = new THREE.BufferAttribute(new Float32Array(3 * mesh.count), 3);
     this.colours = new THREE.BufferAttribute(new Float32Array(3 * mesh.count), 3);
     const size = this.box().getSize(new THREE.Vector3()).length() || 1;
-    this.spread = Math.min(size / Math.sqrt(Math.max(mesh.count, 1)), 0.05 * size);  // of particles, m, about
+    this.spread = Math.min(size / Math.sqrt(Math.max(mesh.count, 1)), 0.05 * size);  // approximate distance of neighbouring particles, m
     const dots = new THREE.PointsMaterial({vertexColors: THREE.VertexColors, size: 0.35 * this.spread});
     this.surface = this.add(THREE.Mesh, mesh.triangles, new THREE.MeshStandardMaterial(
         {vertexColors: THREE.VertexColors, roughness: 0.75, side: THREE.DoubleSide, polygonOffsetFactor: 1, polygonOffsetUnits: 1}));
@@ -98,7 +98,7 @@ class Stage {
     this.loose = this.add(THREE.Points, Uint32Array.from(loose), dots);
   }
 
-  // Of all particles, or of those that the index names.
+  // Adds an object of all particles, or of those in `index`.
   add(Kind, index, material) {
     const geometry = new THREE.BufferGeometry();
     geometry.setAttribute('position', this.x), geometry.setAttribute('normal', this.normals);
@@ -110,10 +110,10 @@ class Stage {
     return part;
   }
 
-  // Shows a frame; what is asked for later wins.
+  // Shows a frame; a later call supersedes an earlier one that has not finished.
   async show(k) {
     const turn = ++this.turn;
-    const [mesh, x, data] = await Promise.all([this.frames.mesh(k), this.frames.places(k), this.dataOf(this.look, k)]);
+    const [mesh, x, data] = await Promise.all([this.frames.mesh(k), this.frames.positions(k), this.dataOf(this.look, k)]);
     if (turn !== this.turn) return;
     if (mesh !== this.mesh) this.build(mesh);
     this.x.array.set(x), this.x.needsUpdate = true;
@@ -123,7 +123,7 @@ class Stage {
     const wires = this.look === 'wire', particles = this.look === 'particles';
     this.surface.visible = !wires && !particles, this.points.visible = particles;
     this.rods.visible = !particles && !(this.look === 'batch' && data), this.loose.visible = !particles;
-    this.surface.material.polygonOffset = this.marks.visible;  // lines lie in the surface
+    this.surface.material.polygonOffset = this.marks.visible;  // because lines lie in the surface
     if (wires && !this.wire) this.wire = this.add(THREE.LineSegments, edgesOf(mesh), this.rods.material);
     if (this.wire) this.wire.visible = wires;
     this.moving.forEach((object, o) => {
@@ -133,7 +133,7 @@ class Stage {
     });
     this.shown = k;
   }
-  // What a look needs of a frame, beside its places.
+  // The data of a frame that a visual field needs besides positions.
   async dataOf(look, k) {
     const frames = this.frames;
     if (look === 'strain') return this.startOf(k);
@@ -146,12 +146,12 @@ class Stage {
     }
     if (look !== 'speed') return null;
     const beside = frames.beside(k), dt = Math.abs(frames.all[k].time - frames.all[beside].time);
-    const [other, itsMesh, mesh] = await Promise.all([frames.places(beside), frames.mesh(beside), frames.mesh(k)]);
+    const [other, itsMesh, mesh] = await Promise.all([frames.positions(beside), frames.mesh(beside), frames.mesh(k)]);
     return {last: renumbered(other, itsMesh, mesh), dt};
   }
   async startOf(k) {
     const mesh = this.run.meshes[this.run.frames[k].mesh];
-    return mesh.places = mesh.places || await places(mesh.start, mesh.count);
+    return mesh.positions = mesh.positions || await positions(mesh.start, mesh.count);
   }
 
   paint(x) {
@@ -164,16 +164,16 @@ class Stage {
     } else if (mesh[look]) {
       mesh[look].forEach((number, i) => distinct(number).toArray(to, 3 * i));
     } else if (look === 'batch' && data) {
-      for (let i = 0; i < mesh.count; ++i) kPale.toArray(to, 3 * i);
+      for (let i = 0; i < mesh.count; ++i) kNoValue.toArray(to, 3 * i);
       marks = batchMarks(data, x);
     } else if (look === 'contact' && data) {
-      for (let i = 0; i < mesh.count; ++i) kPale.toArray(to, 3 * i);
-      for (const i of data.touches.particles) kTouches.toArray(to, 3 * i);
+      for (let i = 0; i < mesh.count; ++i) kNoValue.toArray(to, 3 * i);
+      for (const i of data.touches.particles) kContact.toArray(to, 3 * i);
       mesh.spacing = mesh.spacing || spacing(mesh, data.start) || this.spread;
       marks = normalMarks(data.touches, x, 2 * mesh.spacing);
     } else if (look === 'force' && data) {
-      for (let i = 0; i < mesh.count; ++i) kPale.toArray(to, 3 * i);
-      for (const i of data.particles) kTouches.toArray(to, 3 * i);
+      for (let i = 0; i < mesh.count; ++i) kNoValue.toArray(to, 3 * i);
+      for (const i of data.particles) kContact.toArray(to, 3 * i);
       marks = forceMarks(data, x, this.scales.metresPerNewton);
     } else {
       this.run.bodies.forEach((body, b) => {
@@ -185,7 +185,7 @@ class Stage {
     this.mark(marks);
   }
 
-  // Draws these lines, and none that were before.
+  // Replaces the drawn lines by these.
   mark(marks) {
     this.marks.visible = marks !== null;
     this.marks.material.depthTest = this.look !== 'force';  // forces on solids point into them

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// The page: one run, or two in step, with time, looks, numbers and graphs.
+// The page's controls: playback of one run, or of two side by side, camera, keys and visual fields.
 'use strict';
 
-const kSpeeds = [0.05, 0.1, 0.25, 0.5, 1, 2], kKeys = '1234567890';  // of looks
+const kSpeeds = [0.05, 0.1, 0.25, 0.5, 1, 2], kKeys = '1234567890';  // of visual fields
 const kLooks = ['shaded', 'wire', 'particles', 'strain', 'speed', 'patch', 'phase', 'batch', 'contact', 'residual', 'force'];
 
-// What tests and the console can ask for.
+// The interface for tests and the console.
 const malha = window.malha = {time: 0, playing: false, speed: 1, look: 'shaded', ready: false, views: []};
 
 function fail(text) {
@@ -38,10 +38,10 @@ async function begin() {
   malha.start = Math.min(...malha.views.map((view) => view.frames.start));
   malha.end = Math.max(...malha.views.map((view) => view.frames.end));
   chooseOrigin(malha.views[0].stage.box());
-  const scales = {strain: usual((frame) => frame.measures.strain_max), speed: usual((frame) => frame.measures.speed_max),
-                  residual: usual((frame) => frame.residual ? frame.residual.most : 0)};
-  // One length of a newton for both runs and all times.
-  const newtons = usual((frame) => frame.forces ? Math.hypot(...frame.forces.newtons.low.map(
+  const scales = {strain: commonScale((frame) => frame.measures.strain_max), speed: commonScale((frame) => frame.measures.speed_max),
+                  residual: commonScale((frame) => frame.residual ? frame.residual.most : 0)};
+  // One scale of forces for both runs and all times.
+  const newtons = commonScale((frame) => frame.forces ? Math.hypot(...frame.forces.newtons.low.map(
       (low, k) => Math.max(Math.abs(low), Math.abs(low + frame.forces.newtons.side[k])))) : 0);
   const size = malha.views[0].stage.box().getSize(new THREE.Vector3()).length();
   scales.metresPerNewton = newtons > 0 ? size / 6 / newtons : 0;
@@ -57,12 +57,12 @@ async function begin() {
   if (malha.views.length > 1) play();
 }
 
-// Both cameras are one.
+// The views share one camera; this copies the orbit target to the others.
 function follow(view) {
   for (const other of malha.views) if (other !== view) other.controls.target.copy(view.controls.target);
 }
 
-// The camera of the scene's pictures, and their width over their height; of two runs with different ones none.
+// The camera of the scene's pictures with their aspect ratio; null for two runs with different ones.
 function cameraOfPictures() {
   const of = (run) => JSON.stringify(run.camera || null), [one, ...others] = malha.views.map((view) => view.run);
   if (!one.camera || others.some((run) => of(run) !== of(one))) return null;
@@ -70,7 +70,7 @@ function cameraOfPictures() {
   return {...one.camera, aspect: width / height};
 }
 
-// In a view that is narrower than the picture all of its width is seen.
+// Sets the field of view; a view that is narrower than the picture shows the picture's whole width.
 function aim(view) {
   const camera = malha.camera;
   camera.aspect = view.canvas.clientWidth / Math.max(view.canvas.clientHeight, 1);
@@ -101,7 +101,7 @@ function showAll(first) {
   redraw();
 }
 
-// Shows every run at its last frame that is not after this time.
+// Shows each run's last frame that is not after this time.
 let latest = 0;
 async function seek(time) {
   malha.time = Math.min(Math.max(time, malha.start), malha.end);
@@ -128,7 +128,7 @@ function redraw() {
   });
 }
 
-// A length in metres, as it is at the point that the camera looks at.
+// Draws the scale bar, in metres at the distance of the camera's target.
 function drawScale(view) {
   const camera = malha.camera, distance = camera.position.distanceTo(view.controls.target);
   const pixel = 2 * distance * Math.tan(camera.fov * Math.PI / 360) / Math.max(view.canvas.clientHeight, 1);
@@ -203,7 +203,7 @@ function listen() {
   });
 }
 
-// Where a particle is on the screen, in pixels of the page.
+// Position of a particle in pixels of the page.
 malha.seek = seek, malha.setLook = setLook, malha.pause = pause;
 malha.pixelOf = (v, i) => {
   const view = malha.views[v], x = view.stage.x.array, at = view.canvas.getBoundingClientRect();

@@ -14,7 +14,7 @@ namespace malha {
 namespace {
 
 using view::OrbitCamera;
-using view::Place;
+using view::Point3f;
 using view::Viewport;
 
 const Viewport kPort{100, 20, 800, 600};
@@ -48,7 +48,7 @@ TEST(ViewCamera, DrawsAPointWhereItLies) {
 
 TEST(ViewCamera, FramesAllPointsFromAnySide) {
   Random random(9);
-  std::vector<Place> points;
+  std::vector<Point3f> points;
   for (int k = 0; k < 50; ++k) points.push_back({float(5 + random()), float(3 * random()), float(random() - 7)});
   points.push_back({NAN, 0, 0});
   for (int side = 0; side < 20; ++side) {
@@ -58,7 +58,7 @@ TEST(ViewCamera, FramesAllPointsFromAnySide) {
     camera.frame(points, port.aspect());
     for (std::size_t k = 0; k + 1 < points.size(); ++k) {
       const Eigen::Vector3d at = camera.on_screen(port, {points[k][0], points[k][1], points[k][2]});
-      EXPECT_TRUE(at.z() > 0 && port.holds(at.x(), at.y()));
+      EXPECT_TRUE(at.z() > 0 && port.contains(at.x(), at.y()));
     }
   }
 }
@@ -101,13 +101,13 @@ TEST(ViewCamera, ShowsTheBodiesOfBothSidesAndWhatTheyMayTouch) {
   view::Side one(beside_a_ball(0), {.threads = 1}), other(beside_a_ball(-3), {.threads = 1});
   const std::vector<std::shared_ptr<const view::Frame>> both{one.frame(false), other.frame(false)};
   OrbitCamera camera;
-  camera.frame(view::places_of_all(both), kPort.aspect());
+  camera.frame(view::points_to_frame(both), kPort.aspect());
   const auto shows = [&](double x, double y, double z) {
     const Eigen::Vector3d at = camera.on_screen(kPort, {x, y, z});
-    return at.z() > 0 && kPort.holds(at.x(), at.y());
+    return at.z() > 0 && kPort.contains(at.x(), at.y());
   };
   for (const auto& frame : both)
-    for (const Place& x : frame->x) EXPECT_TRUE(shows(x[0], x[1], x[2]));
+    for (const Point3f& x : frame->x) EXPECT_TRUE(shows(x[0], x[1], x[2]));
   for (const double ball : {2.5, -0.5})
     for (const double side : {-0.25, 0.25}) EXPECT_TRUE(shows(ball + side, 1, 0) && shows(ball, 1 + side, 0));
   EXPECT_TRUE(shows(0.5, -1, 0.5)) << "the ground below the square";
@@ -142,7 +142,7 @@ TEST(ViewPick, TakesTheFrontOfABallAndNothingBesideIt) {
     const std::optional<int> particle = view::pick(*frame, camera, kPort, x, y);
     ASSERT_TRUE(particle);
     EXPECT_GT(frame->x[*particle][2], 0) << "the side that is seen";
-    const Place& at = frame->x[*particle];
+    const Point3f& at = frame->x[*particle];
     const Eigen::Vector3d screen = camera.on_screen(kPort, {at[0], at[1], at[2]});
     // Edges are 0.15 m, 31 pixels here; that is the largest distance of a point in a face from a corner.
     EXPECT_LT(std::hypot(screen.x() - x, screen.y() - y), 25);
@@ -155,7 +155,7 @@ TEST(ViewPick, AStrokeCrossesTheEdgesBetweenItsSides) {
   const OrbitCamera camera({{0, 0, 4}, {0, 0, 0}, 40});
   const double middle = kPort.left + 0.5 * kPort.width + 3;
   // The stroke goes downwards over the whole ball.
-  const auto edges = view::crossed(*frame, camera, kPort, {middle, 0}, {middle, 700});
+  const auto edges = view::edges_crossed(*frame, camera, kPort, {middle, 0}, {middle, 700});
   std::size_t expected = 0;
   const auto right = [&](int i) {
     return camera.on_screen(kPort, {frame->x[i][0], frame->x[i][1], frame->x[i][2]}).x() > middle;
@@ -168,7 +168,7 @@ TEST(ViewPick, AStrokeCrossesTheEdgesBetweenItsSides) {
     EXPECT_FALSE(right(right_of_it));
   }
   // Half of the stroke crosses those that lie there.
-  EXPECT_LT(view::crossed(*frame, camera, kPort, {middle, 0}, {middle, 320}).size(), expected);
+  EXPECT_LT(view::edges_crossed(*frame, camera, kPort, {middle, 0}, {middle, 320}).size(), expected);
 }
 
 }  // namespace

@@ -12,7 +12,7 @@
 namespace malha {
 namespace {
 
-using view::Coarse;
+using view::DecimatedMesh;
 
 /// Two flat sheets of n x n particles with irregular positions and numbers, one above the other; a chain; one
 /// unconnected particle.
@@ -61,39 +61,40 @@ TEST(ViewCoarse, CoversSheetsWithFewTrianglesThatFaceTheSameWay) {
   const int n = 200;
   const Parts parts(n);
   for (const double share : {5.0, 20.0, 60.0}) {
-    const Coarse coarse = view::coarse_of(parts.x.size(), parts.triangles, parts.edges, share);
+    const DecimatedMesh decimated = view::decimate(parts.x.size(), parts.triangles, parts.edges, share);
     double positive = 0, negative = 0;
-    for (const auto& t : coarse.triangles) {
-      const double one = area(parts, {coarse.particles[t[0]], coarse.particles[t[1]], coarse.particles[t[2]]});
+    for (const auto& t : decimated.triangles) {
+      const double one = area(parts, {decimated.particles[t[0]], decimated.particles[t[1]], decimated.particles[t[2]]});
       (one > 0 ? positive : negative) += one;
     }
     const double whole = 2.0 * (n - 1) * (n - 1), rim = 2.0 * 4 * n * std::sqrt(share);
     EXPECT_NEAR(positive + negative, whole, rim) << "all but half a distance between chosen ones along the rim";
     EXPECT_GT(negative, -0.01 * whole) << "irregular as they lie, hardly any turn over";
-    EXPECT_NEAR(double(parts.x.size()) / double(coarse.particles.size()), share, 0.35 * share);
+    EXPECT_NEAR(double(parts.x.size()) / double(decimated.particles.size()), share, 0.35 * share);
   }
 }
 
 TEST(ViewCoarse, JoinsNoParts) {
   const Parts parts(60);
-  const Coarse coarse = view::coarse_of(parts.x.size(), parts.triangles, parts.edges, 20);
+  const DecimatedMesh decimated = view::decimate(parts.x.size(), parts.triangles, parts.edges, 20);
   std::set<int> kept;
   std::set<unsigned> once;
-  for (const unsigned i : coarse.particles) {
+  for (const unsigned i : decimated.particles) {
     kept.insert(parts.part[i]);
     EXPECT_TRUE(once.insert(i).second) << i;
   }
   EXPECT_EQ(kept, (std::set<int>{0, 1, 2}));
-  for (const auto& [a, b] : coarse.edges) EXPECT_EQ(parts.part[coarse.particles[a]], parts.part[coarse.particles[b]]);
-  for (const auto& t : coarse.triangles) {
-    EXPECT_EQ(parts.part[coarse.particles[t[0]]], parts.part[coarse.particles[t[1]]]);
-    EXPECT_EQ(parts.part[coarse.particles[t[0]]], parts.part[coarse.particles[t[2]]]);
+  for (const auto& [a, b] : decimated.edges)
+    EXPECT_EQ(parts.part[decimated.particles[a]], parts.part[decimated.particles[b]]);
+  for (const auto& t : decimated.triangles) {
+    EXPECT_EQ(parts.part[decimated.particles[t[0]]], parts.part[decimated.particles[t[1]]]);
+    EXPECT_EQ(parts.part[decimated.particles[t[0]]], parts.part[decimated.particles[t[2]]]);
   }
 }
 
 TEST(ViewCoarse, OfNothingIsNothing) {
-  const Coarse coarse = view::coarse_of(3, {}, {}, 20);
-  EXPECT_TRUE(coarse.particles.empty() && coarse.triangles.empty() && coarse.edges.empty());
+  const DecimatedMesh decimated = view::decimate(3, {}, {}, 20);
+  EXPECT_TRUE(decimated.particles.empty() && decimated.triangles.empty() && decimated.edges.empty());
 }
 
 }  // namespace

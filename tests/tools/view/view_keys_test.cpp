@@ -12,7 +12,7 @@ namespace malha {
 namespace {
 
 using view::Input;
-using view::Keys;
+using view::InputQueue;
 
 constexpr int kCtrl = 341;
 
@@ -41,34 +41,34 @@ struct Looker {
 };
 
 TEST(ViewKeys, AreAllHandledHoweverFastTheyAre) {
-  Keys keys;
+  InputQueue keys;
   for (const int code : {kCtrl, int('A')}) keys.add(key(code, true));
   for (const int code : {int('A'), kCtrl}) keys.add(key(code, false));
   for (const int code : {'4', '0', '0', 'E'}) keys.add(key(code, true)), keys.add(key(code, false));
   Looker looker;
-  while (keys.waits()) looker.look(keys.of_a_picture());
+  while (keys.has_pending()) looker.look(keys.of_next_frame());
   EXPECT_EQ(looker.seen, "^A400E");
   EXPECT_TRUE(looker.down.empty());
 }
 
 TEST(ViewKeys, GoTogetherWithTheLettersAndClicksThatTheyGoWith) {
-  Keys keys;
+  InputQueue keys;
   keys.add(key(kCtrl, true));
   keys.add({Input::Kind::Button, 0, 1, 0, 0, true});
   keys.add(key(kCtrl, false));
-  const std::vector<Input> first = keys.of_a_picture();
+  const std::vector<Input> first = keys.of_next_frame();
   ASSERT_EQ(first.size(), 2u) << "Ctrl is down while the button is seen";
-  EXPECT_EQ(keys.of_a_picture().size(), 1u);
+  EXPECT_EQ(keys.of_next_frame().size(), 1u);
   keys.add(key('A', true)), keys.add({Input::Kind::Letter, 'a'});
   keys.add(key('B', true)), keys.add({Input::Kind::Letter, 'b'});
-  EXPECT_EQ(keys.of_a_picture().size(), 2u) << "a key and its letter";
-  EXPECT_EQ(keys.of_a_picture().back().code, 'b');
-  EXPECT_FALSE(keys.waits());
+  EXPECT_EQ(keys.of_next_frame().size(), 2u) << "a key and its letter";
+  EXPECT_EQ(keys.of_next_frame().back().code, 'b');
+  EXPECT_FALSE(keys.has_pending());
 }
 
 TEST(ViewKeys, OfARandomTypistAreHandledInOrder) {
   Random random(4);
-  Keys keys;
+  InputQueue keys;
   Looker looker;
   std::string typed;
   for (int k = 0; k < 300; ++k) {
@@ -78,9 +78,9 @@ TEST(ViewKeys, OfARandomTypistAreHandledInOrder) {
     keys.add(key(code, true)), keys.add(key(code, false));
     if (ctrl) keys.add(key(kCtrl, false));
     typed += (ctrl ? "^" : "") + std::string(1, char(code));
-    if (random.below(3) == 0) looker.look(keys.of_a_picture());
+    if (random.below(3) == 0) looker.look(keys.of_next_frame());
   }
-  while (keys.waits()) looker.look(keys.of_a_picture());
+  while (keys.has_pending()) looker.look(keys.of_next_frame());
   EXPECT_EQ(looker.seen, typed);
 }
 

@@ -20,8 +20,8 @@ using view::Snapshot;
 const std::string kSheet = MALHA_SOURCE_DIR "/scenes/sheet_shear.json";
 
 Snapshot settled(Session& session) {
-  session.settle();
-  return session.look();
+  session.wait_until_done();
+  return session.snapshot();
 }
 
 void step(Session& session, int count) {
@@ -84,25 +84,25 @@ TEST(ViewSession, PullingLeavesItsMarkAndResetTakesItAway) {
   const auto untouched = settled(session).sides[0].frame;
   session.reset();
   const Vec3 to{0.5, 0.5, 0.9};
-  session.grip({0}, 150, to, false);
+  session.set_handle({0}, 150, to, false);
   step(session, 40);
   const Snapshot pulled = settled(session);
   const auto away = [&](const view::Frame& frame) {
     return std::hypot(frame.x[150][0] - to[0], frame.x[150][1] - to[1], frame.x[150][2] - to[2]);
   };
   EXPECT_LT(away(*pulled.sides[0].frame), 0.5 * away(*untouched));
-  EXPECT_EQ(pulled.sides[0].grips.size(), 1u);
+  EXPECT_EQ(pulled.sides[0].handles.size(), 1u);
   session.reset();
   step(session, 40);
   EXPECT_EQ(settled(session).sides[0].frame->x, untouched->x);
-  EXPECT_TRUE(settled(session).sides[0].grips.empty());
+  EXPECT_TRUE(settled(session).sides[0].handles.empty());
 }
 
 TEST(ViewSession, AHeldParticleStaysAndIsReleased) {
   Session session(two_threads());
   session.open_made(thrown(-10, 0.01));
   const auto start = settled(session).sides.at(0).frame->x[3];
-  session.grip({0}, 3, {start[0], start[1], start[2]}, true);
+  session.set_handle({0}, 3, {start[0], start[1], start[2]}, true);
   step(session, 20);
   EXPECT_EQ(settled(session).sides[0].frame->x[3], start);
   session.release({0}, 3);
@@ -136,7 +136,7 @@ TEST(ViewSession, RefusesSettingsThatCannotBeAndGoesOn) {
   scene.solver.dt = -1;
   session.change(0, scene);
   const Snapshot refused = settled(session);
-  EXPECT_TRUE(refused.trouble);
+  EXPECT_TRUE(refused.is_error);
   EXPECT_TRUE(has(refused.message, "/solver/dt: found -1; allowed: ")) << refused.message;
   EXPECT_EQ(refused.sides[0].frame->steps, 5);
   step(session, 1);
@@ -239,7 +239,7 @@ TEST(ViewSession, ARunThatDivergedSavesItsLastMoment) {
   rush.duration = 1e12;
   session.open_made(rush);
   step(session, 5);
-  ASSERT_GE(settled(session).sides.at(0).lost, 0);
+  ASSERT_GE(settled(session).sides.at(0).diverged_particle, 0);
   session.save(0, scene, state);
   settled(session);
   Simulation saved(load_scene(scene));
@@ -253,7 +253,7 @@ TEST(ViewSession, WhatIsRefusedStopsNothing) {
   const Snapshot start = settled(session);
   const int pin = int(start.sides.at(0).frame->body->pinned.at(0));
   session.run(true);
-  session.grip({0}, pin, {0, 0, 0}, false);
+  session.set_handle({0}, pin, {0, 0, 0}, false);
   Scene wrong = *start.sides[0].scene;
   wrong.solver.substeps = 0;
   session.change(0, wrong);
@@ -268,13 +268,13 @@ TEST(ViewSession, AHandleTakesAParticleOfBothOrOfNone) {
   session.open(kSheet);
   session.compare(load_scene(MALHA_SOURCE_DIR "/scenes/desbrun_sheet.json"));
   ASSERT_EQ(settled(session).sides.size(), 2u);
-  session.grip({0, 1}, 150, {0, 0, 0}, true);  // a hold, which Desbrun's method refuses
+  session.set_handle({0, 1}, 150, {0, 0, 0}, true);  // which Desbrun's method cannot hold
   const Snapshot refused = settled(session);
-  EXPECT_TRUE(refused.trouble);
-  EXPECT_TRUE(refused.sides[0].grips.empty() && refused.sides[1].grips.empty());
-  session.grip({0, 1}, 150, {0, 0, 0}, false);
+  EXPECT_TRUE(refused.is_error);
+  EXPECT_TRUE(refused.sides[0].handles.empty() && refused.sides[1].handles.empty());
+  session.set_handle({0, 1}, 150, {0, 0, 0}, false);
   const Snapshot pulled = settled(session);
-  EXPECT_TRUE(pulled.sides[0].grips.contains(150) && pulled.sides[1].grips.contains(150));
+  EXPECT_TRUE(pulled.sides[0].handles.contains(150) && pulled.sides[1].handles.contains(150));
 }
 
 TEST(ViewSession, ShowsTheSubstepsOfAStep) {
@@ -291,7 +291,7 @@ TEST(ViewSession, ShowsTheSubstepsOfAStep) {
     EXPECT_EQ(frame.steps, 0);
     EXPECT_NEAR(frame.time, 0.025 * k, 1e-12);
     EXPECT_NEAR(frame.x[0][1] - top, -10 * 0.025 * 0.025 * k * (k + 1) / 2, 1e-6) << "speed first, then the place";
-    session.set_look(view::Look::Speed);  // changes only the display
+    session.set_visual_field(view::VisualField::Speed);  // looks only
   }
   const auto whole = settled(session).sides[0].frame;
   EXPECT_EQ(whole->substep, 0);
@@ -314,19 +314,19 @@ TEST(ViewSession, ARunThatDivergesSaysWhereAndCanGoBack) {
   Session session(two_threads());
   session.open_made(scene);
   step(session, 400);
-  const Snapshot lost = settled(session);
-  ASSERT_GE(lost.sides.at(0).lost, 0);
-  EXPECT_TRUE(has(lost.message, "diverged at step ")) << lost.message;
-  for (const view::Place& x : lost.sides[0].frame->x) EXPECT_TRUE(std::isfinite(x[0] + x[1] + x[2]));
+  const Snapshot diverged = settled(session);
+  ASSERT_GE(diverged.sides.at(0).diverged_particle, 0);
+  EXPECT_TRUE(has(diverged.message, "diverged at step ")) << diverged.message;
+  for (const view::Point3f& x : diverged.sides[0].frame->x) EXPECT_TRUE(std::isfinite(x[0] + x[1] + x[2]));
   session.reset();
-  EXPECT_EQ(settled(session).sides[0].lost, -1);
+  EXPECT_EQ(settled(session).sides[0].diverged_particle, -1);
 
   session.set_pace(0);
   session.run(true);
-  const auto shown = [&] { return session.look().sides.at(0).lost >= 0; };
+  const auto shown = [&] { return session.snapshot().sides.at(0).diverged_particle >= 0; };
   for (int k = 0; k < 1'000 && !shown(); ++k) std::this_thread::sleep_for(std::chrono::milliseconds(10));
   EXPECT_TRUE(shown()) << "its end is shown though nobody asked for anything";
-  EXPECT_FALSE(session.look().running);
+  EXPECT_FALSE(session.snapshot().running);
 }
 
 TEST(ViewHistory, KeepsToItsMemoryLimitAndTheFirstMoment) {
@@ -348,7 +348,7 @@ TEST(ViewHistory, HasAtMostFourThousandMomentsAtEqualDistances) {
   view::History history(std::size_t{1} << 30);
   constexpr double kStep = 0.3;  // s, longer than 1/60
   for (int k = 0; k < 20'000; ++k) {
-    if (!history.wants(k * kStep)) continue;
+    if (!history.is_due(k * kStep)) continue;
     auto frame = std::make_shared<view::Frame>();
     frame->time = k * kStep;
     view::Moment moment;

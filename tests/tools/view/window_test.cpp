@@ -35,7 +35,7 @@ OrbitCamera camera_of(const Simulation& simulation) {
   if (picture && picture->camera)
     return OrbitCamera(*picture->camera, double(picture->size[0]) / picture->size[1], port().aspect());
   OrbitCamera camera;
-  std::vector<view::Place> points;
+  std::vector<view::Point3f> points;
   for (const Vec3& x : simulation.positions()) points.push_back({float(x[0]), float(x[1]), float(x[2])});
   camera.frame(points, port().aspect());
   return camera;
@@ -66,7 +66,7 @@ std::vector<bool> covered(const Simulation& simulation, const OrbitCamera& camer
         const double s = side(a, b, u + 0.5, v + 0.5), t = side(b, c, u + 0.5, v + 0.5),
                      r = side(c, a, u + 0.5, v + 0.5);
         const bool inside = (s >= 0 && t >= 0 && r >= 0) || (s <= 0 && t <= 0 && r <= 0);
-        if (inside && port().holds(u, v)) mask[std::size_t(v) * ShownWindow::kWidth + u] = true;
+        if (inside && port().contains(u, v)) mask[std::size_t(v) * ShownWindow::kWidth + u] = true;
       }
   };
   for (const Quad& face : simulation.model().look.faces) {

@@ -25,8 +25,8 @@ struct Row {
   int threads = 1;
   Strain strain;  // after the warm-up
   std::uint64_t state_hash = 0;
-  std::vector<double> step_seconds;  // of each repeat
-  Parts setup_seconds, memory;       // of malha: seconds by part with "total", and bytes by owner
+  std::vector<double> step_seconds;    // of each repeat
+  NamedNumbers setup_seconds, memory;  // of malha: seconds by part with "total", and bytes by owner
 
   double working_set_bytes = 0, triad_gb_per_s = 0;  // the triad's bandwidth at that size on as many threads
   double floor_memory_ns = 0, floor_operations_ns = 0;

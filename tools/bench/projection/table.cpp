@@ -31,7 +31,7 @@ std::string line(const Row& row) {
                    row.strain.rms, row.strain.max, hex(row.state_hash).c_str());
 }
 
-double value_of(const Parts& parts, const std::string& name) {
+double value_of(const NamedNumbers& parts, const std::string& name) {
   for (const auto& [owner, number] : parts)
     if (owner == name) return number;
   return 0;

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A compliance fitted to a sag that was measured: which material hangs through like this?
+"""A compliance fitted to a measured sag: which material sags like this?
 
 A strip of cloth of 1 m hangs between two rows of pins. Given the depth of its middle, scipy finds the compliance.
 """
@@ -29,17 +29,17 @@ def at_rest(compliance):
     simulation = malha.Simulation(strip(compliance), threads=1)
     for _ in range(400):
         simulation.step()
-        simulation.velocities = 0.95 * simulation.velocities  # it shall come to rest, not swing
+        simulation.velocities = 0.95 * simulation.velocities  # damps the swinging, so that it comes to rest
     return simulation.positions
 
 
 def sag(compliance):
-    """m"""
+    """The sag of the middle, m."""
     return -at_rest(compliance)[:, 1].min()
 
 
 def fit(measured):
-    """The compliance (m/N) of such a sag: a line over logarithms is nearly straight, so brentq needs few runs."""
+    """The compliance (m/N) with this sag: its curve over logarithms is nearly straight, so brentq needs few runs."""
     exponent = brentq(lambda e: sag(10**e) - measured, -5, -1, xtol=1e-4)
     return 10**exponent
 

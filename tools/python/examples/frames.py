@@ -13,7 +13,7 @@ HEADER = np.dtype([("signature", "S12"), ("version", "<i4"), ("points", "<i4"), 
 
 
 def read_pc2(path):
-    """Places by frame: float32 (frames, vertices, 3), m. Vertices are those of the mesh, unused ones too."""
+    """Positions by frame: float32 (frames, vertices, 3), m. Vertices are those of the mesh, unused ones too."""
     header = np.fromfile(path, HEADER, count=1)[0]
     if header["signature"] != b"POINTCACHE2":
         raise ValueError(f"{path}: found {header['signature']!r}; allowed: a PointCache2 file")
@@ -46,7 +46,7 @@ def main():
     time = np.arange(len(frames)) / 60
     for axis, name in enumerate("xyz"):
         left.plot(time, corner[:, axis], label=name)
-    left.set(xlabel="time (s)", ylabel="place (m)", title="The free corner of the flag")
+    left.set(xlabel="time (s)", ylabel="position (m)", title="The free corner of the flag")
     left.legend()
     for frame in range(0, len(frames), 12):
         edge = frames[frame].reshape(15, 21, 3)[7]  # the middle row, from the pole on

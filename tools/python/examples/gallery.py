@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A gallery of both methods: one cloth, at the same times, by XPBD and by Desbrun's filter.
 
-The filter as published damps what its steps do not resolve: the cloth sinks instead of swinging. Further solves of the
+The filter as published damps motion that its steps do not resolve: the cloth sinks instead of swinging. Further solves of the
 same filter ("refinement_iterations") lead to backward Euler.
 """
 import argparse
@@ -30,7 +30,7 @@ def cloth(solver):
 
 
 def draw(axes, simulation, turn=np.radians(35), lift=np.radians(20)):
-    """Triangles seen from the side and from above, far ones first, coloured by height."""
+    """Draws the triangles from the side and from above, far ones first, coloured by height."""
     x, y, z = simulation.positions.T
     near = np.cos(turn) * z - np.sin(turn) * x
     seen = np.stack([np.cos(turn) * x + np.sin(turn) * z, np.cos(lift) * y - np.sin(lift) * near], axis=1)

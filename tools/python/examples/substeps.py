@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Error against substeps of a scene of one's own: how many substeps does it need, and does XPBD converge?
+"""Error against substeps of a user's scene: how many substeps does it need, and does XPBD converge?
 
-A chain of ten links of 0.1 m, pinned at one end, is let go level. The truth is the same scene with 2,560 substeps.
+A chain of ten links of 0.1 m, pinned at one end, is released level. The reference is the same scene with 2,560 substeps.
 """
 import argparse
 
@@ -27,7 +27,7 @@ def end_of(substeps, compliance):
 
 
 def errors(compliance, counts, truth=2560):
-    """The largest distance (m) of a particle from where it truly is after 0.3 s."""
+    """The largest distance (m) of a particle from the reference solution after 0.3 s."""
     right = end_of(truth, compliance)
     return [np.linalg.norm(end_of(n, compliance) - right, axis=1).max() for n in counts]
 
@@ -44,7 +44,7 @@ def main():
         axes.loglog(counts, error, "o-", label=f"{name}: order {order:.2f}")
         print(f"{name}: {error[0]:.3g} m with {counts[0]} substeps, {error[-1]:.3g} m with {counts[-1]}, order {order:.2f}")
     axes.set(xlabel="substeps of a step of 1/60 s", ylabel="largest error after 0.3 s (m)",
-             title="A chain of ten links, let go level")
+             title="A chain of ten links, released level")
     axes.grid(which="both", alpha=0.3)
     axes.legend()
     figure.savefig(out)

@@ -29,14 +29,14 @@ std::vector<int> sides(const ClothMethod& method, bool quick) {
   return all;
 }
 
-Json parts(const Parts& all) {
+Json parts(const NamedNumbers& all) {
   Json json;
   for (const auto& [name, number] : all)
     if (number > 0) json[name] = number;
   return json;
 }
 
-double sum(const Parts& all) {
+double sum(const NamedNumbers& all) {
   double sum = 0;
   for (const auto& [name, number] : all) sum += number;
   return sum;
@@ -65,7 +65,7 @@ Json run(const ClothMethod& method, int side, const Cells& cells) {
     cells.check_interrupt();
   }
   const SolverStats& facts = simulation->solver().facts();
-  const Parts memory = memory_parts(simulation->model(), facts);
+  const NamedNumbers memory = memory_parts(simulation->model(), facts);
   Json cell{{"particles", simulation->model().count()},
             {"projections_per_step", facts.projections_per_step},
             {"step_s", bench::median(steps)},
