@@ -38,12 +38,12 @@ struct PutBeforeMeshes : EnvironmentView<R> {
   void hold(int i) const {
     if (!(this->particles.w[i] > R(0)) || settle(i)) return;
     // What puts it before one mesh puts it behind another: it stays where it was, as far as what moves lets it.
-    this->particles.p.stay(i);
+    this->particles.p.clear_displacement(i);
     if (!settle(i)) pressed[i / kGroupSize] |= 1ull << i % kGroupSize;
   }
 
   Point x(int i) const { return in_double(this->particles.x[i]); }
-  Point p(int i) const { return this->particles.p.went(i); }
+  Point p(int i) const { return this->particles.p.position_without_low(i); }
 
   /// Puts it before every mesh in turn until it crosses none.
   bool settle(int i) const {
@@ -74,7 +74,7 @@ struct PutBeforeMeshes : EnvironmentView<R> {
     const Point n = normal(i, mesh, at);
     const double above = mesh.thickness - this->nearby[k].overlap(i);
     const Point shift = rotate(mesh.after, n) * (above - dot(n, to_local(mesh.after, p(i)) - at.q));
-    this->particles.p.add(i, rounded<R>(shift));
+    this->particles.p.add_displacement(i, rounded<R>(shift));
     return true;
   }
 };
@@ -172,8 +172,8 @@ struct HoldBounce : EnvironmentView<R> {
     for (int k = 0; k < this->count; ++k) {
       MovingSurface mesh = this->meshes[k];
       mesh.before = mesh.after;
-      if (crossing(mesh, in_double(this->particles.x[i]), this->particles.p.went(i)).hit)
-        return this->particles.p.stay(i);
+      if (crossing(mesh, in_double(this->particles.x[i]), this->particles.p.position_without_low(i)).hit)
+        return this->particles.p.clear_displacement(i);
     }
   }
 };

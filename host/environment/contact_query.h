@@ -34,7 +34,7 @@ struct ContactQuery {
   /// Finds where a particle is and where it was seen; returns false where it cannot have come near since.
   KERNEL bool comes_near(int i, Query& look) const {
     look.i = i;
-    look.a = to_local(before, in_double(particles.x[i])), look.b = to_local(after, particles.p.went(i));
+    look.a = to_local(before, in_double(particles.x[i])), look.b = to_local(after, particles.p.position_without_low(i));
     look.last = nearby.seen(i, look.a);
     look.path = norm(look.b - look.a);
     // A contact plane is laid a thickness early: neighbours may pull the particle further than its own velocity.

@@ -165,7 +165,8 @@ struct FindContact : ContactQuery<R> {
 
   /// Far enough to reach the surface: what it meets on its way, or else what it ends near or in.
   void sweep(int i, const Point& outward) const {
-    const Point a = to_local(before, in_double(particles.x[i])), b = to_local(after, particles.p.went(i));
+    const Point a = to_local(before, in_double(particles.x[i])),
+                b = to_local(after, particles.p.position_without_low(i));
     const Crossing crossing = whole->crossing(a, b, thickness, sides != Sides::TwoSided);
     if (crossing.hit) {
       const bool flip = dot(crossing.normal, b - a) > 0;  // two-sided only: it stays on the side it comes from

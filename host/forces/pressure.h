@@ -46,7 +46,7 @@ class Pressure {
   /// The gradient there. A filter lets no spike grow, and needs no clamp.
   void start_substep(const Displaced<R>& p, const R* w, bool filtered) {
     PressureState* const state = state_.data();
-    const PressureGradient<R> find{fans(Started<R>{p}), w, particle_.data(), filtered ? nullptr : most_.data(),
+    const PressureGradient<R> find{fans(StartPositions<R>{p}), w, particle_.data(), filtered ? nullptr : most_.data(),
                                    grad_.points()};
     parallel_reduce_into(executor_, items(), find, &state->sums);
     if (!filtered)

@@ -132,7 +132,8 @@ class SelfCollider {
   Vec3 origin_near(const Vec3& first, const Vec3& before) const {
     const Vec3 way = minus(first, before);
     const double apart = std::max({std::abs(way[0]), std::abs(way[1]), std::abs(way[2])});
-    if (!kCarries<R> || !(apart > reach_of_origin()) || !(apart < double(std::numeric_limits<R>::max()))) return before;
+    if (!kCompensated<R> || !(apart > reach_of_origin()) || !(apart < double(std::numeric_limits<R>::max())))
+      return before;
     return {double(R(first[0])), double(R(first[1])), double(R(first[2]))};
   }
   void note_places(const Particles<R>& particles) {
@@ -140,7 +141,7 @@ class SelfCollider {
   }
   /// The origin follows those that take part. What was searched was told from the one of before.
   void stay_near(const Particles<R>& particles) {
-    if constexpr (!kCarries<R>) return;
+    if constexpr (!kCompensated<R>) return;
     Vec3 first = x0_.get(first_);
     for (int k = 0; k < 3; ++k) first[k] += last_.origin[k];
     const Vec3 origin = origin_near(first, last_.origin);
@@ -267,7 +268,7 @@ class SelfCollider {
       Vec3& place = all.emplace_back();
       for (int k = 0; k < 3; ++k) {
         const R stored = R(a[k]);
-        place[k] = kCarries<R> ? (stored - R(last_.origin[k])) + R(a[k] - double(stored)) : stored;
+        place[k] = kCompensated<R> ? (stored - R(last_.origin[k])) + R(a[k] - double(stored)) : stored;
       }
     }
     all.push_back({0, 0, 0});

@@ -42,7 +42,7 @@ void put_places(const std::vector<Vec3>& places, State<R>& state) {
     std::array<R, 3> x, low;
     for (int k = 0; k < 3; ++k) x[k] = R(place[k]), low[k] = R(place[k] - double(x[k]));
     state.x.push_back(x);
-    if constexpr (kCarries<R>) state.low.push_back(low);
+    if constexpr (kCompensated<R>) state.low.push_back(low);
   }
 }
 
@@ -208,7 +208,7 @@ template <class R>
 State<R> load_state(const std::string& bytes, const StateSizes& sizes, const std::vector<int>& triangles = {},
                     const std::string& file = "checkpoint") {
   State<R> state;
-  const std::size_t searches = sizes.searched > 0 ? 1 : 0, carries = kCarries<R> ? sizes.particles : 0,
+  const std::size_t searches = sizes.searched > 0 ? 1 : 0, carries = kCompensated<R> ? sizes.particles : 0,
                     parted = sizes.edge_groups > 0 ? sizes.particles : 0;
   constexpr std::size_t two = 2 * sizeof(std::int64_t);
   // Where it says how many boxes there are, and how many pairs are near.

@@ -81,7 +81,7 @@ class TimeStepper : public Solver {
     const State<R> saved = load(bytes, x_.size(), file);
     steps_ = saved.steps, crossings_step_ = -1;
     x_.upload(saved.x), v_.upload(saved.v), d_.upload(std::vector<Vec3>(saved.x.size(), Vec3{0, 0, 0}));
-    if constexpr (kCarries<R>) low_.upload(saved.low);
+    if constexpr (kCompensated<R>) low_.upload(saved.low);
     if (hand_) hand_->release_all(w_.data());
     exclude_from_momentum_correction();
     if (moved_) moved_->hold(time(), w_.data());
@@ -363,7 +363,7 @@ class TimeStepper : public Solver {
     timed(Pass::Contact, [&] { collider_->restitute(all, 2 * h * gravity_, h); });
     if (!collider_->bounces()) return;
     if (self_ || edges_) collider_->end_motion(), hold_apart(all);
-    timed(Pass::State, [&] { parallel_for(executor_, all.count, ArriveAll<R>{all.p}); });
+    timed(Pass::State, [&] { parallel_for(executor_, all.count, AdvanceAll<R>{all.p}); });
   }
 
   /// Pins whose time is over let go, and nothing that they pressed together is shot apart.
@@ -390,7 +390,7 @@ class TimeStepper : public Solver {
   /// In the solver's order, with what x lacks of them.
   std::vector<Vec3> places() const {
     std::vector<Vec3> all = x_.download();
-    if constexpr (kCarries<R>) {
+    if constexpr (kCompensated<R>) {
       const std::vector<Vec3> low = low_.download();
       for (std::size_t i = 0; i < all.size(); ++i)
         for (int k = 0; k < 3; ++k) all[i][k] += low[i][k];
@@ -406,13 +406,13 @@ class TimeStepper : public Solver {
   }
   Vec3 place_of(std::size_t i) const {
     Vec3 place = x_.get(i);
-    if constexpr (kCarries<R>)
+    if constexpr (kCompensated<R>)
       for (int k = 0; k < 3; ++k) place[k] += low_.get(i)[k];
     return place;
   }
   void put(std::size_t i, const Vec3& place) {
     x_.set(i, place), d_.set(i, {0, 0, 0});
-    if constexpr (kCarries<R>) low_.set(i, minus(place, x_.get(i)));
+    if constexpr (kCompensated<R>) low_.set(i, minus(place, x_.get(i)));
   }
   /// Without -0, which packs do not keep either.
   static Vector3<R> to_R(const Vec3& a) { return {R(a[0] + 0), R(a[1] + 0), R(a[2] + 0)}; }
@@ -496,7 +496,7 @@ class TimeStepper : public Solver {
   void lay_out_particles() {
     x_ = PointArray<Executor, R>(model_.x), v_ = PointArray<Executor, R>(model_.v);
     d_ = PointArray<Executor, R>(model_.x.size());
-    if constexpr (kCarries<R>) {
+    if constexpr (kCompensated<R>) {
       State<R> start;
       put_places(model_.x, start);
       low_ = PointArray<Executor, R>(model_.x.size()), low_.upload(start.low);
@@ -507,7 +507,7 @@ class TimeStepper : public Solver {
   }
   State<R> state() const {
     State<R> now{steps_, x_.template download<std::array<R, 3>>(), v_.template download<std::array<R, 3>>()};
-    if constexpr (kCarries<R>) now.low = low_.template download<std::array<R, 3>>();
+    if constexpr (kCompensated<R>) now.low = low_.template download<std::array<R, 3>>();
     return now;
   }
 

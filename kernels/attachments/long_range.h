@@ -44,7 +44,7 @@ struct LimitReach {
 
  private:
   /// From the pin to the particle, where the substep began; and when it has gone so far.
-  KERNEL Vector3<R> at_start(int i, int k) const { return p.between_at_start(i, of.anchor[k]); }
+  KERNEL Vector3<R> at_start(int i, int k) const { return p.start_difference(i, of.anchor[k]); }
   KERNEL Vector3<R> after(int i, int k, const Vector3<R>& way) const {
     return at_start(i, k) + (way - p.d[of.anchor[k]]);
   }
@@ -74,7 +74,7 @@ struct LimitReach {
   /// The point of the spheres around two pins that is nearest; where they do not meet, the point of the nearer pin's
   /// that is nearest to the other.
   KERNEL Vector3<R> where_both_end(int i, const Vector3<R>& way, int nearer, int other) const {
-    const Vector3<R> from = after(i, nearer, way), between = p.between(of.anchor[other], of.anchor[nearer]);
+    const Vector3<R> from = after(i, nearer, way), between = p.difference(of.anchor[other], of.anchor[nearer]);
     const R D2 = dot(between, between), D = sqrt(D2), r = of.reach[nearer];
     if (!(D > tiny<R>())) return way;
     const Vector3<R> axis = between * (R(1) / D);
@@ -98,7 +98,7 @@ struct MeasureBeyondReach {
     if (!(of.w[i] > R(0))) return most;
     for (int k = of.begin[item]; k < of.begin[item + 1]; ++k) {
       if (!of.holds(k) || !(of.reach[k] > R(0))) continue;
-      const Vector3<R> d = x.between(of.anchor[k], i);
+      const Vector3<R> d = x.difference(of.anchor[k], i);
       most += {double(sqrt(dot(d, d)) / of.reach[k]) - 1};
     }
     return most;

@@ -44,7 +44,7 @@ struct MeasureRoom {
     using Isa = typename Group::Isa;
     constexpr int lanes = kLanes<float, Isa>;
     Clearance& room = rooms[group.index];
-    LargestCovered<float, Isa> missing(first ? -INFINITY : -room.distance), speed2(first ? 0 : room.speed2);
+    PackMax<float, Isa> missing(first ? -INFINITY : -room.distance), speed2(first ? 0 : room.speed2);
     const auto add_all = [&](const auto& places) KERNEL_LAMBDA {
       const int begin = group.index * kGroupSize, n = count - begin < kGroupSize ? count - begin : kGroupSize;
       int k = 0;
@@ -82,7 +82,7 @@ struct ReconstructPrevious {
   R dt;
   KERNEL void operator()(int i) const {
     const Vector3<R> x = particles.x[i];
-    particles.p.stay(i);
+    particles.p.clear_displacement(i);
     before.set(i, x - particles.v[i] * dt);
   }
 };
@@ -96,7 +96,7 @@ struct KeepHeld {
     const Vector3<R> held = particles.p.d[i];
     if (held.x == R(0) && held.y == R(0) && held.z == R(0)) return;
     particles.v.set(i, particles.v[i] + held * per_dt);
-    particles.p.arrive(i), particles.p.stay(i);
+    particles.p.advance_x(i), particles.p.clear_displacement(i);
   }
 };
 

@@ -91,7 +91,7 @@ struct ResolveContact {
     const Vector3<R> n = contact.plane.xyz();
     Vector3<R> moved = p.d[i];
     // With what x lacks, of which a plane that stays knows nothing.
-    const R C = dot(n, p.way_from_x(i)) - contact.plane.w;
+    const R C = dot(n, p.offset_from_x(i)) - contact.plane.w;
     const R push = max(-C, -contact.lambda);
     contact.lambda += push;
     moved = moved + n * push;
@@ -131,7 +131,7 @@ struct ApplyRestitution {
     const R taken = length > R(0) ? (length < budget ? length : budget) / length : R(0);
     v.set(i, v[i] + n * gained - sliding * taken);
     const R path_left = contact.lambda < -contact.surface.w ? contact.lambda : -contact.surface.w;
-    p.add(i, n * (restitution * path_left));
+    p.add_displacement(i, n * (restitution * path_left));
   }
 };
 

@@ -144,7 +144,7 @@ struct GatherPushes {
       const Push<R>& push = pushes[ends[e].value / 4];
       if (push.impulse.w > R(0)) sum = sum + push.impulse.xyz() * push.weight[ends[e].value % 4];
     }
-    p.add(i, turn(sum) * w[i]);
+    p.add_displacement(i, turn(sum) * w[i]);
   }
 };
 

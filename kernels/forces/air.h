@@ -22,9 +22,9 @@ struct FacesInAir {
   Points<R> faces;
   KERNEL void operator()(int f) const {
     const int *at = corners + 4 * f, last = at[3];
-    const Vector3<R> ac = p.between_at_start(at[2], at[0]);
-    const Vector3<R> S = last < 0 ? cross(p.between_at_start(at[1], at[0]), ac) * (R(1) / R(6))
-                                  : cross(ac, p.between_at_start(last, at[1])) * (R(1) / R(8));
+    const Vector3<R> ac = p.start_difference(at[2], at[0]);
+    const Vector3<R> S = last < 0 ? cross(p.start_difference(at[1], at[0]), ac) * (R(1) / R(6))
+                                  : cross(ac, p.start_difference(last, at[1])) * (R(1) / R(8));
     const R area2 = dot(S, S);
     faces.set(f, area2 > tiny<R>() ? S * (R(1) / sqrt(sqrt(area2))) : Vector3<R>{R(0), R(0), R(0)});
   }

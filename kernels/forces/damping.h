@@ -30,7 +30,7 @@ struct DampTowardsRigid {
     const ParticleRange stretch = stretches[group.index];
     const RigidMotion<R> motion = motions[stretch.body];
     const R k = damping[stretch.body];
-    cover_once<R>(group, stretch.count, [&]<class S>(int n, S) KERNEL_LAMBDA {
+    for_each_pack_once<R>(group, stretch.count, [&]<class S>(int n, S) KERNEL_LAMBDA {
       const int i = stretch.first + n;
       S w;
       load(particles.w + i, w);

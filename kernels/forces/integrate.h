@@ -33,9 +33,9 @@ struct Drag {
 
 /// Particles are where they went, and have gone nowhere since.
 template <class R>
-struct ArriveAll {
+struct AdvanceAll {
   Displaced<R> p;
-  KERNEL void operator()(int i) const { p.arrive(i), p.stay(i); }
+  KERNEL void operator()(int i) const { p.advance_x(i), p.clear_displacement(i); }
 };
 
 /// A place near each body: that of its first particle.
@@ -63,7 +63,7 @@ struct UpdateState {
   R dt, per_dt;  // s, 1/s
   KERNEL FirstIndex operator()(int i) const {
     particles.v.set(i, velocity_from_positions(particles.v[i], particles.p.d[i], dt, per_dt));
-    particles.p.arrive(i), particles.p.stay(i);
+    particles.p.advance_x(i), particles.p.clear_displacement(i);
     const int finite = zero_if_finite(particles.x[i]) == R(0);
     return {i | FirstIndex{}.index * finite};  // without a branch, so that the loop is vectorised
   }

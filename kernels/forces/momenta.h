@@ -250,7 +250,7 @@ struct AddRigidMotion {
   KERNEL void operator()(const Group& group) const {
     const ParticleRange stretch = stretches[group.index];
     const RigidMotion<R> motion = motions[stretch.body];
-    cover_once<R>(group, stretch.count, [&]<class S>(int n, S) KERNEL_LAMBDA {
+    for_each_pack_once<R>(group, stretch.count, [&]<class S>(int n, S) KERNEL_LAMBDA {
       const int i = stretch.first + n;
       store_points(particles.v, i, load_points<S>(particles.v, i) + motion.at(load_points<S>(particles.x, i)));
     });

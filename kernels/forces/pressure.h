@@ -27,8 +27,8 @@ struct EnclosedVolume {
   const int* corners;  // three a triangle
   int origin;          // a particle of the mesh
   KERNEL Sum operator()(int t) const {
-    const auto a = p.between(corners[3 * t], origin), b = p.between(corners[3 * t + 1], origin);
-    return {double(dot(cross(a, b), p.between(corners[3 * t + 2], origin))) / 6};
+    const auto a = p.difference(corners[3 * t], origin), b = p.difference(corners[3 * t + 1], origin);
+    return {double(dot(cross(a, b), p.difference(corners[3 * t + 2], origin))) / 6};
   }
 };
 
@@ -55,7 +55,7 @@ struct Fans {
   KERNEL Vector3<R> gradient(int item) const {
     Vector3<R> sum{R(0), R(0), R(0)};
     for (int t = begin[item]; t < begin[item + 1]; ++t)
-      sum = sum + cross(p.between(around[2 * t], origin), p.between(around[2 * t + 1], origin));
+      sum = sum + cross(p.difference(around[2 * t], origin), p.difference(around[2 * t + 1], origin));
     return sum * R(1.0 / 6);
   }
 };
@@ -63,7 +63,7 @@ struct Fans {
 /// Stores the gradient where the substep begins, clamped to `most`, and sums up.
 template <class R>
 struct PressureGradient {
-  Fans<R, Started<R>> fans;
+  Fans<R, StartPositions<R>> fans;
   const R* w;           // of each particle
   const int* particle;  // of each item
   const R* most;        // of each item: the largest gradient, m^2; null: none
@@ -82,7 +82,7 @@ struct PressureGradient {
     const double kept = allowed / sqrt(g2);
     grad.set(item, g * R(kept));
     const Vector3<double> lacks = in_double(g) * (1 - kept);
-    const Vector3<double> m = cross(in_double(fans.p.between(particle[item], fans.origin)), lacks);
+    const Vector3<double> m = cross(in_double(fans.p.difference(particle[item], fans.origin)), lacks);
     return {sums.grad2 * kept, {lacks.x, lacks.y, lacks.z}, {m.x, m.y, m.z}, 1, 0};
   }
 };
@@ -149,7 +149,7 @@ struct MeasureInertia {
     if (!state->returns_momenta()) return {};
     const int i = particle[item];
     const double m = 1 / double(w[i]);
-    const Vector3<double> r = in_double(p.between_at_start(i, origin)), mr = r * m;
+    const Vector3<double> r = in_double(p.start_difference(i, origin)), mr = r * m;
     InertiaSum sum{m, {mr.x, mr.y, mr.z}};
     add_inertia(sum.I, m, r);
     return sum;
@@ -209,7 +209,7 @@ struct ApplyFilteredPressure {
   const PressureState* state;
   KERNEL void operator()(int member) const {
     const int i = members[member];
-    if (state->moves) p.add(i, way[i] * R(state->dlambda));
+    if (state->moves) p.add_displacement(i, way[i] * R(state->dlambda));
   }
 };
 
@@ -227,10 +227,10 @@ struct ApplyPressure {
     if (!(w[i] > R(0)) || !state->moves) return;
     Vector3<R> way = grad[item] * (w[i] * R(state->dlambda));
     if (state->returns_momenta()) {
-      const Vector3<double> r = in_double(p.between_at_start(i, origin)) - state->centre;
+      const Vector3<double> r = in_double(p.start_difference(i, origin)) - state->centre;
       way = way + rounded<R>((state->shift + cross(state->turn, r)) * state->dlambda);
     }
-    p.add(i, way);
+    p.add_displacement(i, way);
   }
 };
 

@@ -20,7 +20,7 @@ struct MeasureExcess {
   const int* ends;   // two a limit
   const R* longest;  // m
   KERNEL Largest operator()(int c) const {
-    const Vector3<R> d = p.between(ends[2 * c], ends[2 * c + 1]);
+    const Vector3<R> d = p.difference(ends[2 * c], ends[2 * c + 1]);
     return {longest[c] > R(0) ? double(sqrt(dot(d, d)) / longest[c]) - 1 : 0};
   }
 };

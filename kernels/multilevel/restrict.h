@@ -43,11 +43,11 @@ struct PredictedParticles {
   KERNEL void load_segment(const Group& group, const Segment& segment, const Local& local) const {
     const bool predicts = v.x && segment.movable;
     const Vector3<R> origin = origins.x ? origins[segment.body] : Vector3<R>{R(0), R(0), R(0)};
-    cover<R>(group, segment.count, [&]<class T>(int i, T) KERNEL_LAMBDA {
+    for_each_pack<R>(group, segment.count, [&]<class T>(int i, T) KERNEL_LAMBDA {
       const int at = segment.global + i;
       Moving<T> q;
       load(w + at, q.w);
-      q.x = origins.x ? load_near(p, at, origin, T()) : load_points<T>(p.x, at);
+      q.x = origins.x ? load_start(p, at, origin, T()) : load_points<T>(p.x, at);
       if (predicts) {
         const Vector3<T> g{T(gravity.x), T(gravity.y), T(gravity.z)};
         q.d = apply_gravity(load_points<T>(v, at), q.w, g, T(dt)) * T(dt);

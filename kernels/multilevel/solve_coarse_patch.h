@@ -63,7 +63,7 @@ struct SolveCoarsePatch {
 
   template <class Group, class Local>
   KERNEL void load_segment(const Group& group, const Segment& segment, const Local& local) const {
-    cover<R>(group, segment.count, [&]<class T>(int i, T) KERNEL_LAMBDA {
+    for_each_pack<R>(group, segment.count, [&]<class T>(int i, T) KERNEL_LAMBDA {
       const int at = segment.global + i;
       Moving<T> q{load_points<T>(x, at), load_points<T>(arrival, at), T()};
       load(w + at, q.w);
@@ -73,7 +73,7 @@ struct SolveCoarsePatch {
   template <class Group, class Local>
   KERNEL void go_on(const Group& group, const Segment& segment, const Local& local) const {
     if (!segment.movable) return;
-    cover<R>(group, segment.count, [&]<class T>(int i, T) KERNEL_LAMBDA {
+    for_each_pack<R>(group, segment.count, [&]<class T>(int i, T) KERNEL_LAMBDA {
       local.write(segment.local + i, load_points<T>(d, segment.global + i));
     });
   }
@@ -81,7 +81,7 @@ struct SolveCoarsePatch {
   template <class Group, class Local>
   KERNEL void store_correction(const Group& group, const Segment& segment, const Local& local) const {
     const bool last = back && segment.last_visit;
-    cover<R>(group, segment.count, [&]<class T>(int i, T) KERNEL_LAMBDA {
+    for_each_pack<R>(group, segment.count, [&]<class T>(int i, T) KERNEL_LAMBDA {
       const Vector3<T> way = local.template way<T>(segment.local + i);
       const int at = segment.global + i;
       if (last && delta_rows.of)

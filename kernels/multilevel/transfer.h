@@ -30,7 +30,7 @@ struct MeansView {
   KERNEL void each(const Group& group, const SoaView<R>& from, const Work& work) const {
     for (int r = begin[group.index]; r < begin[group.index + 1]; ++r) {
       const MeanRun& run = runs[r];
-      cover_once<R>(group, run.count, [&]<class T>(int k, T) KERNEL_LAMBDA {
+      for_each_pack_once<R>(group, run.count, [&]<class T>(int k, T) KERNEL_LAMBDA {
         const MeanTerm<R>* term = terms + run.term;
         Vector3<T> sum = point<T>(from, term->from + k) * T(term->weight);
         for (int t = 1; t < run.terms; ++t) sum = sum + point<T>(from, term[t].from + k) * T(term[t].weight);

@@ -82,11 +82,11 @@ struct SolvePatch {
 
   template <class Group>
   KERNEL void watch_speed(const Group& group, const Patch& patch) const {
-    LargestCovered<R, typename Group::Isa> speed2(R(0));
+    PackMax<R, typename Group::Isa> speed2(R(0));
     for (int s = patch.segment; s < patch.segment + patch.segments; ++s) {
       const Segment& segment = segments[s];
       if (!segment.last_visit || !segment.movable) continue;
-      cover<R>(group, segment.count, [&]<class T>(int i, T /*of*/) KERNEL_LAMBDA {
+      for_each_pack<R>(group, segment.count, [&]<class T>(int i, T /*of*/) KERNEL_LAMBDA {
         const Vector3<T> v = load_points<T>(particles.v, segment.global + i);
         speed2.add(dot(v, v));
       });
@@ -121,7 +121,7 @@ struct SolvePatch {
   KERNEL void prefetch_patch(const Segment& segment) const {
     const int at = segment.global, count = segment.count;
     prefetch_patch(particles.w + at, count), prefetch_patch(particles.x, at, count);
-    if constexpr (kCarries<R>) prefetch_patch(particles.p.low, at, count);
+    if constexpr (kCompensated<R>) prefetch_patch(particles.p.low, at, count);
     prefetch_patch(predicted_here(segment) ? particles.v : particles.p.d, at, count);
   }
   KERNEL static void prefetch_patch(const Points<R>& points, int at, int count) {
@@ -145,11 +145,11 @@ struct SolvePatch {
   KERNEL void load_segment(const Group& group, const Segment& segment, const Local& local) const {
     const bool predict = predicted_here(segment) && segment.movable;
     const Vector3<R> origin = particles.x[segment.origin];
-    cover<R>(group, segment.count, [&]<class T>(int i, T) KERNEL_LAMBDA {
+    for_each_pack<R>(group, segment.count, [&]<class T>(int i, T) KERNEL_LAMBDA {
       const int at = segment.global + i;
       Moving<T> q;
       load(particles.w + at, q.w);
-      q.x = load_near(particles.p, at, origin, T());
+      q.x = load_start(particles.p, at, origin, T());
       q.d = predict ? velocity(at, q.w) * T(dt) : load_points<T>(particles.p.d, at);
       local.fill(segment.local + i, q);
     });
@@ -157,7 +157,7 @@ struct SolvePatch {
 
   template <class Group, class Local>
   KERNEL void store_segment(const Group& group, const Segment& segment, const Local& local) const {
-    cover<R>(group, segment.count, [&]<class T>(int i, T) KERNEL_LAMBDA {
+    for_each_pack<R>(group, segment.count, [&]<class T>(int i, T) KERNEL_LAMBDA {
       store_points(particles.p.d, segment.global + i, local.template way<T>(segment.local + i));
     });
   }
@@ -209,9 +209,9 @@ struct SolvePatch {
     load(particles.w + at, w);
     const Vector3<T> x = load_points<T>(particles.x, at);
     State<T> state;
-    if constexpr (kCarries<R>) {
+    if constexpr (kCompensated<R>) {
       const Vector3<T> whole = d + load_points<T>(particles.p.low, at);
-      state.x = x + whole, state.low = lost_of(x, whole, state.x);
+      state.x = x + whole, state.low = rounding_error(x, whole, state.x);
     } else {
       state.x = x + d;
     }
@@ -222,7 +222,7 @@ struct SolvePatch {
   KERNEL void keep(const Segment& segment, int i, const State<T>& state) const {
     const int at = segment.global + i;
     store_points(particles.x, at, state.x), store_points(particles.v, at, state.v);
-    if constexpr (kCarries<R>) store_points(particles.p.low, at, state.low);
+    if constexpr (kCompensated<R>) store_points(particles.p.low, at, state.low);
   }
 
   /// The batches begin .. end - 1 of a patch, all of one set, or the same in the other order: on their own, as they

@@ -11,7 +11,7 @@ KERNEL Vector3<double> exactly(const Points<R>& x, int i) {
 }
 template <class R>
 KERNEL Vector3<double> exactly(const Displaced<R>& p, int i) {
-  return p.exact(i);
+  return p.exact_position(i);
 }
 
 /// The places (m) and inverse masses (1/kg) of listed particles.

@@ -270,8 +270,8 @@ struct TruncateDisplacements {
   KERNEL void operator()(int i) const {
     if (held[i] != MotionState::Truncating) return;
     const Vector3<R> x0 = motions.x0[i].xyz();
-    p.set_from(i, x0, motions.origin, rest + (motions.moved[i].xyz() - rest) * part[i]);
-    motions.moved[i].set(p.from(i, x0, motions.origin));
+    p.set_displacement_from(i, x0, motions.origin, rest + (motions.moved[i].xyz() - rest) * part[i]);
+    motions.moved[i].set(p.displacement_from(i, x0, motions.origin));
     held[i] = MotionState::Truncated;
   }
 };

@@ -91,13 +91,13 @@ struct RealOf {
 
 /// What rounding took from sum = a + b (Knuth's TwoSum: whichever is the larger).
 template <class S>
-KERNEL S lost_of(const S& a, const S& b, const S& sum) {
+KERNEL S rounding_error(const S& a, const S& b, const S& sum) {
   const S other = sum - a;
   return (a - (sum - other)) + (b - other);
 }
 template <class S>
-KERNEL Vector3<S> lost_of(const Vector3<S>& a, const Vector3<S>& b, const Vector3<S>& sum) {
-  return {lost_of(a.x, b.x, sum.x), lost_of(a.y, b.y, sum.y), lost_of(a.z, b.z, sum.z)};
+KERNEL Vector3<S> rounding_error(const Vector3<S>& a, const Vector3<S>& b, const Vector3<S>& sum) {
+  return {rounding_error(a.x, b.x, sum.x), rounding_error(a.y, b.y, sum.y), rounding_error(a.z, b.z, sum.z)};
 }
 
 /// a where the mask holds, and otherwise zero, whatever a is.

@@ -40,7 +40,7 @@ class NearASurface {
   /// Arrives where it went, and goes on by up to `way` (m) in any direction.
   void move(double way, Random& random) {
     for (int i = 0; i < count_; ++i) {
-      particles().p.arrive(i);
+      particles().p.advance_x(i);
       d_.points().set(i, rounded<float>(random.in_cube(way)));
     }
     for (int s = 0; s < memory_.slots(); ++s) invalidate(memory_.view().contacts[s]);

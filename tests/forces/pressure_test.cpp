@@ -118,7 +118,7 @@ TEST(Pressure, HasTheGradientOfItsFiniteDifferences) {
   PointList<double> grad(p.size());
   const std::vector<double>& w = balloon.model.w;
   const std::vector<double> most(w.size(), 1e9);  // m^2: nothing is clamped
-  const Started<double> started{{p.points(), {}, {}}};
+  const StartPositions<double> started{{p.points(), {}, {}}};
   const PressureGradient<double> kernel{
       {started, begin.data(), around.data(), 3}, w.data(), balloon.set.particles.data(), most.data(), grad.points()};
   double weighted = 0;

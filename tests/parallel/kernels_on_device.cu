@@ -92,7 +92,7 @@ void instantiate_all() {
                      MeasureMomenta<R, R, true, false>, MeasureMomenta<R, double, false, true>, NoteMomenta,
                      AddRigidMotion<R>, DampTowardsRigid<R>>();
   instantiate<ComputeMomentumCorrection<R>, FindRigidMotion<R>, FindMean, SumTorque<R>, FindTurn>();
-  instantiate<Predict<R>, Drag<R>, UpdateState<R>, ArriveAll<R>, TakeOrigins<R>>();
+  instantiate<Predict<R>, Drag<R>, UpdateState<R>, AdvanceAll<R>, TakeOrigins<R>>();
   instantiate<SumMass<R>, MeasureMotion<R>>();
   instantiate<EnclosedVolume<Points<R>>, EnclosedVolume<Displaced<R>>, PressureGradient<R>, MeasureInertia<R>,
               SumAlongPressure<R>, PutPressure<R>, ApplyFilteredPressure<R>, ApplyPressure<R>>();

@@ -26,7 +26,7 @@ struct PlacedParticles {
       : x(places), low(places.size()), d(ways) {
     std::vector<Vec3> lacks = places;
     for (std::size_t i = 0; i < places.size(); ++i)
-      for (int k = 0; k < 3; ++k) lacks[i][k] = kCarries<R> ? places[i][k] - double(R(places[i][k])) : 0;
+      for (int k = 0; k < 3; ++k) lacks[i][k] = kCompensated<R> ? places[i][k] - double(R(places[i][k])) : 0;
     low.upload(lacks);
   }
   Displaced<R> p() const { return {x.points(), d.points(), low.points()}; }
@@ -101,7 +101,7 @@ class ScalarSweep {
     for (int j = 0; j < n; ++j) {
       const int i = of[j];
       x[j] = all.x[i] - all.x[origin_[i]], d[j] = all.d[i], w[j] = R(model_.w[i]);
-      if (kCarries<R>) x[j] = x[j] + all.low[i];
+      if (kCompensated<R>) x[j] = x[j] + all.low[i];
     }
     // From the first particle's places.
     for (int j = n - 1; j >= 0; --j) x[j] = x[j] - x[0], p[j] = x[j] + (d[j] - d[0]);
