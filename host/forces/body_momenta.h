@@ -11,11 +11,11 @@
 namespace malha {
 
 template <class Executor, class R>
-class MeasuredBodies {
+class BodyMomenta {
  public:
   /// `islands`: of consecutive particles, first .. first + count - 1.
   template <class Island>
-  MeasuredBodies(const Executor& executor, const std::vector<Island>& islands)
+  BodyMomenta(const Executor& executor, const std::vector<Island>& islands)
       : executor_(executor), count_(static_cast<int>(islands.size())) {
     std::vector<ParticleRange> stretches;
     for (int b = 0; b < count_; ++b) {

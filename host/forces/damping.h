@@ -31,7 +31,7 @@ class Damping {
   std::size_t bytes() const { return bodies_.bytes() + k_.bytes(); }
 
  private:
-  MeasuredBodies<Executor, R> bodies_;
+  BodyMomenta<Executor, R> bodies_;
   Array<Executor, R> k_;
 };
 

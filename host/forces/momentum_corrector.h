@@ -12,9 +12,9 @@
 namespace malha {
 
 template <class Executor, class R>
-class FreeBodies {
+class MomentumCorrector {
  public:
-  FreeBodies(const Executor& executor, const Model& model) : islands_(model.free), bodies_(executor, islands_) {}
+  MomentumCorrector(const Executor& executor, const Model& model) : islands_(model.free), bodies_(executor, islands_) {}
 
   /// Between before() and after(), which may be called any number of times in a step, internal forces act, and gravity
   /// on every particle alike. The particles have their state x and v,
@@ -51,7 +51,7 @@ class FreeBodies {
 
  private:
   std::vector<FreeIsland> islands_;
-  MeasuredBodies<Executor, R> bodies_;
+  BodyMomenta<Executor, R> bodies_;
 };
 
 }  // namespace malha

@@ -13,9 +13,9 @@
 namespace malha {
 
 template <class Executor, class R>
-class Limits {
+class LengthLimits {
  public:
-  Limits(const Executor& executor, const Model& model) : executor_(executor) {
+  LengthLimits(const Executor& executor, const Model& model) : executor_(executor) {
     std::vector<int> ends;
     std::vector<R> longest;
     for (const ConstraintSet& set : model.sets) {
@@ -26,7 +26,7 @@ class Limits {
     }
     ends_ = Array<Executor, int>(ends), longest_ = Array<Executor, R>(longest);
   }
-  Limits(const Executor& executor, const Breakable& edges) : executor_(executor) {
+  LengthLimits(const Executor& executor, const Breakable& edges) : executor_(executor) {
     std::vector<int> ends;
     for (const Edge& e : edges.ends) ends.insert(ends.end(), e.begin(), e.end());
     ends_ = Array<Executor, int>(ends);

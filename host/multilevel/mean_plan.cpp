@@ -81,13 +81,12 @@ std::vector<std::vector<Goal>> goals_in_order(const Means& means, int size) {
   return pieces;
 }
 
-std::vector<std::vector<Goal>> goals_of_visits(const std::vector<Patch>& patches,
-                                               const std::vector<Segment>& segments) {
+std::vector<std::vector<Goal>> goals_by_patch(const std::vector<Patch>& patches, const std::vector<Segment>& segments) {
   std::vector<std::vector<Goal>> goals;
   for (const Patch& patch : patches) {
     goals.emplace_back();
     for (int s = patch.segment; s < patch.segment + patch.segments; ++s)
-      if (segments[s].first_visit && segments[s].movable)
+      if (segments[s].first_solve && segments[s].movable)
         for (int i = 0; i < segments[s].count; ++i)
           goals.back().push_back({segments[s].global + i, segments[s].local + i});
   }
@@ -102,7 +101,7 @@ MeanParts plan_parts(const Means& means, const std::vector<Patch>& patches, cons
   for (std::size_t k = 0; k < patches.size(); ++k)
     for (int s = patches[k].segment; s < patches[k].segment + patches[k].segments; ++s) {
       const Segment& segment = segments[s];
-      if (!segment.last_visit) continue;
+      if (!segment.last_solve) continue;
       if (homes.size() < static_cast<std::size_t>(segment.global + segment.count))
         homes.resize(segment.global + segment.count);
       for (int i = 0; i < segment.count; ++i) homes[segment.global + i] = {static_cast<int>(k), segment.local + i};

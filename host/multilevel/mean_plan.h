@@ -30,7 +30,7 @@ MeanPlan plan_means(const Means& means, const std::vector<std::vector<Goal>>& pi
 std::vector<std::vector<Goal>> goals_in_order(const Means& means, int size);
 
 /// A mean for each particle that a patch is the first to visit, at its place in the patch's memory.
-std::vector<std::vector<Goal>> goals_of_visits(const std::vector<Patch>& patches, const std::vector<Segment>& segments);
+std::vector<std::vector<Goal>> goals_by_patch(const std::vector<Patch>& patches, const std::vector<Segment>& segments);
 
 /// Means of particles as sums of parts, each of places in the memory of the patch that is the last to visit them. The
 /// first part of mean r is at r; further ones are at `means` and above.

@@ -107,7 +107,7 @@ class Cutter {
       if (!piece_.segments.empty()) {
         Segment& last = piece_.segments.back();
         if (last.global + last.count == next.global && last.local + last.count == next.local &&
-            last.body == next.body && last.first_visit == next.first_visit && last.last_visit == next.last_visit &&
+            last.body == next.body && last.first_solve == next.first_solve && last.last_solve == next.last_solve &&
             last.movable == next.movable) {
           ++last.count;
           continue;

@@ -75,7 +75,7 @@ class Planner {
       phase_[k] = used.lowest_free(places.data(), n);
       used.use(phase_[k], places.data(), n);
     }
-    const int end = visit_last_together();
+    const int end = align_last_phase();
     touches_.first.assign(particles, std::numeric_limits<int>::max());
     touches_.last.assign(particles, -1);
     for (int k = 0; k < count; ++k)
@@ -103,7 +103,7 @@ class Planner {
 
   /// Of patches that share particles, directly or by others, the last phase is visited after its turn. It becomes that
   /// of all, which is returned: otherwise the order within one body would hang on how many phases another has.
-  int visit_last_together() {
+  int align_last_phase() {
     const int count = model_.patches.count();
     DisjointSets together(count);
     for (int k = 0; k < count; ++k)
@@ -172,8 +172,8 @@ class Planner {
 
 }  // namespace
 
-std::vector<PhaseVisit> visits_of(int phases) {
-  std::vector<PhaseVisit> all;
+std::vector<PhaseSweep> sweep_order(int phases) {
+  std::vector<PhaseSweep> all;
   const int turn = phases - 2;
   for (int phase = 0; phase <= turn; ++phase) all.push_back({phase, true, phase == turn});
   for (int phase = turn - 1; phase >= 0; --phase) all.push_back({phase, false, true});

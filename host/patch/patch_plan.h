@@ -35,14 +35,14 @@ struct PatchPlan {
 };
 
 /// A visit to the patches of a phase: which ways it goes through their constraints.
-struct PhaseVisit {
+struct PhaseSweep {
   int phase;
-  bool there, back;
-  int sweeps() const { return there + back; }
+  bool forward, backward;
+  int sweeps() const { return forward + backward; }
 };
 
 /// Those of an iteration, in their order (kernels/patch/solve_patch.h).
-std::vector<PhaseVisit> visits_of(int phases);
+std::vector<PhaseSweep> sweep_order(int phases);
 
 /// Depends on the model alone, not on `threads`.
 PatchPlan plan_patches(const Model& model, int threads = 1);

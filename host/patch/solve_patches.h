@@ -7,7 +7,7 @@
 namespace malha {
 
 /// Visits the patches begin .. end - 1: by Serial or a Team, a SolvePatch or a SolveCoarsePatch of either precision.
-template <class Executor, class AnyVisit>
-void visit_patches(const Executor& executor, const AnyVisit& visit, int begin, int end, const ScratchMemory& memory);
+template <class Executor, class AnySolve>
+void solve_patches(const Executor& executor, const AnySolve& solve, int begin, int end, const ScratchMemory& memory);
 
 }  // namespace malha

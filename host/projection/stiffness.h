@@ -11,7 +11,7 @@ namespace malha {
 inline double stiffness_per_projection(double k, double projections) { return 1 - std::pow(1 - k, 1.0 / projections); }
 
 /// Projections of a batched constraint in an iteration, which goes there and back.
-inline constexpr int kThereAndBack = 2;
+inline constexpr int kSweepsPerIteration = 2;
 
 /// The part of a PBD constraint of stiffness k that a projection takes. All projections of a step share k, or, where it
 /// is that of a step, the iterations of a substep, which take k / (k + n^2 (1 - k)). A step of one substep that takes k

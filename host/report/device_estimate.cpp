@@ -26,10 +26,10 @@ double numbers_moved(const PatchPlan& plan, const Patch& patch, int place, bool 
   double numbers = 0;
   for (int s = patch.segment; s < patch.segment + patch.segments; ++s) {
     const Segment& segment = plan.segments[s];
-    const bool from_state = predicts && segment.first_visit && segment.movable;
+    const bool from_state = predicts && segment.first_solve && segment.movable;
     int each = place + 3 + 1;  // where it is, v or how far it went, and w
     if (segment.movable) {
-      if (updates && segment.last_visit)
+      if (updates && segment.last_solve)
         each += place + 3 + (from_state ? 0 : 3);  // the state is written; v is read, where it was not before
       else
         each += 3;  // how far it went
@@ -75,7 +75,7 @@ std::string per_second(double bytes) { return with_unit(bytes / 1e6, {"MB/s", "G
 
 }  // namespace
 
-VisitTraffic visit_traffic(const Model& model, const Solver& solver, const PatchPlan& plan) {
+SolveTraffic solve_traffic(const Model& model, const Solver& solver, const PatchPlan& plan) {
   const SolverStats& facts = solver.facts();
   const SolverSpec& spec = model.scene.solver;
   const double number = bytes_of_number(spec.precision);
@@ -84,12 +84,12 @@ VisitTraffic visit_traffic(const Model& model, const Solver& solver, const Patch
   for (const Batch& batch : plan.batches) slots[batch.set] += batch.count;
   for (std::size_t s = 0; s < slots.size(); ++s)
     each.push_back(slots[s] > 0 ? static_cast<double>(facts.sets[s].bytes) / slots[s] : 0);
-  VisitTraffic traffic;
+  SolveTraffic traffic;
   for (int iteration = 0; iteration < spec.iterations; ++iteration)
-    for (const PhaseVisit& visit : visits_of(plan.phases())) {
-      const bool predicts = facts.fused && visit.there && iteration == 0;
-      const bool updates = facts.fused && visit.back && iteration + 1 == spec.iterations;
-      for (int k = plan.phase_begin[visit.phase]; k < plan.phase_begin[visit.phase + 1]; ++k) {
+    for (const PhaseSweep& sweep : sweep_order(plan.phases())) {
+      const bool predicts = facts.fused && sweep.forward && iteration == 0;
+      const bool updates = facts.fused && sweep.backward && iteration + 1 == spec.iterations;
+      for (int k = plan.phase_begin[sweep.phase]; k < plan.phase_begin[sweep.phase + 1]; ++k) {
         traffic.particle_bytes += number * numbers_moved(plan, plan.patches[k], place, predicts, updates);
         traffic.constraint_bytes += constraint_bytes(plan, plan.patches[k], each);
       }
@@ -118,7 +118,7 @@ DeviceEstimate plan_for(const Simulation& simulation, const Machine& machine) {
   const int at_once = machine.groups(model.scene.solver.precision);
   demand.at_once = at_once > 0 ? at_once : simulation.threads();
   demand.group_bytes = static_cast<double>(facts.patches.memory_bytes);
-  demand.moved = visit_traffic(model, simulation.solver(), plan);
+  demand.moved = solve_traffic(model, simulation.solver(), plan);
   demand.bytes_per_second =
       machine.bytes_per_second > 0 ? machine.bytes_per_second : measured_bandwidth(simulation.threads());
   return demand;
@@ -140,7 +140,7 @@ std::string list_demand(const DeviceEstimate& demand) {
       << "  fast memory: at most " << bytes_text(demand.group_bytes) << " a group";
   if (machine.fast_bytes > 0) out << ", of " << bytes_text(double(machine.fast_bytes)) << " that a group can have";
   if (demand.is_too_large()) out << "; so all groups will use the device's memory instead";
-  const VisitTraffic& moved = demand.moved;
+  const SolveTraffic& moved = demand.moved;
   char took[32];
   std::snprintf(took, sizeof took, "%.3g", demand.ms());
   out << "\n  memory: visits move " << bytes_text(moved.particle_bytes + moved.constraint_bytes)

@@ -11,13 +11,13 @@
 namespace malha {
 
 /// Of the visits of a step: how the particles and constraints travel between memory and cores.
-struct VisitTraffic {
+struct SolveTraffic {
   double particle_bytes = 0, constraint_bytes = 0;
 };
 
 /// Each visit reads what it needs once, whether it goes one way or both, and writes what it changes once. `plan`: the
 /// model's patches.
-VisitTraffic visit_traffic(const Model& model, const Solver& solver, const PatchPlan& plan);
+SolveTraffic solve_traffic(const Model& model, const Solver& solver, const PatchPlan& plan);
 
 /// What a step asks of a machine.
 struct DeviceEstimate {
@@ -28,7 +28,7 @@ struct DeviceEstimate {
   std::size_t launches = 0;
   bool launches_at_least = false;
   bool replays = false;  // a device records them once
-  VisitTraffic moved{};
+  SolveTraffic moved{};
   double bytes_per_second = 0;             // of the machine's memory; measured where its facts are not known
   std::vector<std::string> not_counted{};  // passes beside the visits, whose bytes are not in `moved`
   /// For fast memory: then no group uses it.

@@ -19,7 +19,7 @@ std::size_t launches_of_levels(const Model& model, const SolverStats& facts) {
   const std::size_t origins = facts.level_layouts;  // from which a step's places are told
   if (facts.levels.empty()) return origins;
   std::size_t each = 2 * (facts.levels.size() - 1);  // the coarser ones: means, and those whose parts lie in patches
-  for (const LevelStats& level : facts.levels) each += visits_of(level.patches.phases).size();
+  for (const LevelStats& level : facts.levels) each += sweep_order(level.patches.phases).size();
   // The finest: in a step's later substeps the visits leave the means, and where they predict they hand down too.
   return origins + uses * each + uses + (facts.whole_steps ? 1 : uses) + (facts.fused ? 0 : uses);
 }
@@ -57,7 +57,7 @@ std::vector<PassOfAStep> passes_of_a_step(const Model& model, const SolverStats&
     else
       all.push_back({pass, launches});
   };
-  const std::size_t visits = iterations * visits_of(facts.patches.phases).size();
+  const std::size_t visits = iterations * sweep_order(facts.patches.phases).size();
   const std::size_t obstacles = model.environment.size();
   std::size_t moving = 0;
   for (const MovedPins& pins : model.moved) moving += pins.target.moves() ? 2 : 0;  // placed, and given their velocity

@@ -15,9 +15,9 @@
 
 namespace malha {
 
-template <class AnyVisit>
-void visit_patches(const Cuda& executor, const AnyVisit& visit, int begin, int end, const ScratchMemory& memory) {
-  parallel_groups(executor, begin, end, memory, visit);
+template <class AnySolve>
+void solve_patches(const Cuda& executor, const AnySolve& solve, int begin, int end, const ScratchMemory& memory) {
+  parallel_groups(executor, begin, end, memory, solve);
 }
 
 void require_cuda() {

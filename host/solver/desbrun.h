@@ -28,8 +28,8 @@ class Desbrun final : public TimeStepper<Executor, R> {
         spec_(model.scene.solver.desbrun),
         corrector_(spec_.corrects()) {
     if (spec_.tolerance && !model.sets.empty()) {  // of the distance limits: nothing else is projected in batches
-      limits_.emplace(executor, model);
-      facts_.constraint_bytes += limits_->bytes();
+      length_limits_.emplace(executor, model);
+      facts_.constraint_bytes += length_limits_->bytes();
     }
     if (model.springs.empty() && model.stencils.empty()) return;
     const SpringSystem system = this->system();
@@ -187,7 +187,7 @@ class Desbrun final : public TimeStepper<Executor, R> {
       if (std::chrono::duration<double>(std::chrono::steady_clock::now() - started_).count() > *spec_.time_budget)
         return true;
     }
-    return limits_ && limits_->excess(this->particles().p) <= *spec_.tolerance;
+    return length_limits_ && length_limits_->excess(this->particles().p) <= *spec_.tolerance;
   }
 
   const DesbrunSpec& spec_;
@@ -201,7 +201,7 @@ class Desbrun final : public TimeStepper<Executor, R> {
   std::vector<int> plain_pressures_;
   Array<Executor, int> members_;
   std::optional<FilterCorrector<Executor, R>> net_;
-  std::optional<Limits<Executor, R>> limits_;
+  std::optional<LengthLimits<Executor, R>> length_limits_;
   std::chrono::steady_clock::time_point started_;
 };
 

@@ -13,39 +13,41 @@ inline bool solve_is_next(const Model& model, const SolverStats& facts) {
 }
 
 template <class Executor, class R>
-class EarlyVisits {
+class OverlapHostQueries {
  public:
   /// The visits of a sweep to what does not wait for the answers.
-  void begin(const Executor& executor, const Sweep<Executor, R>& sweep, const SolvePatch<R>& visit,
+  void begin(const Executor& executor, const Sweep<Executor, R>& sweep, const SolvePatch<R>& solve,
              const ActiveMask& questions) {
-    if (waits_.size() == 0) waits_ = Array<Executor, bool>(static_cast<std::size_t>(sweep.facts().patches));
+    if (deferred_.size() == 0) deferred_ = Array<Executor, bool>(static_cast<std::size_t>(sweep.facts().patches));
     parallel_for(executor, sweep.facts().patches,
-                 MarkDeferredPatches{visit.patches, visit.segments, questions, waits_.data()});
-    sweep.region([&](const auto& team) { sweep.visit_first(team, MaskedSolvePatch<R>{visit, waits_.data(), false}); });
+                 MarkDeferredPatches{solve.patches, solve.segments, questions, deferred_.data()});
+    sweep.region([&](const auto& team) {
+      sweep.solve_first_phase(team, MaskedSolvePatch<R>{solve, deferred_.data(), false});
+    });
     begun_ = true;
   }
 
   /// All visits of a sweep, but for those that were begun.
-  void go_on(const Sweep<Executor, R>& sweep, const SolvePatch<R>& visit) {
+  void go_on(const Sweep<Executor, R>& sweep, const SolvePatch<R>& solve) {
     const auto key = [&] {
-      const Particles<R>& all = visit.particles;
-      const Vector3<R>& g = visit.gravity;
-      return key_from(all.x.x, all.v.x, all.p.d.x, all.w, visit.dt, g.x, g.y, g.z, visit.first_iteration, begun_);
+      const Particles<R>& all = solve.particles;
+      const Vector3<R>& g = solve.gravity;
+      return key_from(all.x.x, all.v.x, all.p.d.x, all.w, solve.dt, g.x, g.y, g.z, solve.first_iteration, begun_);
     };
     sweep.region(recorded_, key, [&](const auto& team) {
       if constexpr (!Memory<Executor>::kOfTheHost)
         if (begun_) {
-          sweep.visit_first(team, MaskedSolvePatch<R>{visit, waits_.data(), true});
-          return sweep.visit_others(team, visit);
+          sweep.solve_first_phase(team, MaskedSolvePatch<R>{solve, deferred_.data(), true});
+          return sweep.solve_other_phases(team, solve);
         }
-      sweep(team, visit);
+      sweep(team, solve);
     });
     begun_ = false;
   }
 
  private:
-  Array<Executor, bool> waits_;   // of each patch
-  Recording<Executor> recorded_;  // visits that go on
+  Array<Executor, bool> deferred_;  // of each patch
+  Recording<Executor> recorded_;    // visits that go on
   bool begun_ = false;
 };
 

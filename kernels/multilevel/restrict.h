@@ -19,13 +19,13 @@ struct RestrictionTarget {
 
 /// From the patch's memory.
 template <class R, class Group, class Local>
-KERNEL void restrict_to(const Group& group, const RestrictionTarget<R>& up, const Local& local) {
+KERNEL void restrict_to(const Group& group, const RestrictionTarget<R>& target, const Local& local) {
   const auto scatter = [&](const Points<R>& to) KERNEL_LAMBDA {
     return [=](const MeanRun& run, int k, const auto& mean)
-               KERNEL_LAMBDA { scatter_points(to, up.place + run.to + k, mean); };
+               KERNEL_LAMBDA { scatter_points(to, target.place + run.to + k, mean); };
   };
-  up.means.each(group, local, scatter(up.x));
-  up.means.each(group, local.ways(), scatter(up.d));
+  target.means.each(group, local, scatter(target.x));
+  target.means.each(group, local.ways(), scatter(target.d));
 }
 
 /// Where particles will be after dt if nothing but gravity moves them; null v: where they go.
@@ -66,24 +66,24 @@ struct Restrict {
   const Patch* patches;
   const Segment* segments;
   PredictedParticles<R> from;
-  RestrictionTarget<R> up;
+  RestrictionTarget<R> target;
 
   template <class Group>
   KERNEL void operator()(const Group& group) const {
     const Patch& patch = patches[group.index];
     R* memory = static_cast<R*>(group.memory);
     if (patch.columns)
-      visit(group, patch, SoaView<R>::over(memory, patch.slots));
+      restrict_patch(group, patch, SoaView<R>::over(memory, patch.slots));
     else
-      visit(group, patch, AosView<R>::over(memory, patch.slots));
+      restrict_patch(group, patch, AosView<R>::over(memory, patch.slots));
   }
 
  private:
   template <class Group, class Local>
-  KERNEL void visit(const Group& group, const Patch& patch, const Local& local) const {
+  KERNEL void restrict_patch(const Group& group, const Patch& patch, const Local& local) const {
     for (int s = patch.segment; s < patch.segment + patch.segments; ++s)
-      if (segments[s].last_visit) from.load_segment(group, segments[s], local);
-    restrict_to(group, up, local);
+      if (segments[s].last_solve) from.load_segment(group, segments[s], local);
+    restrict_to(group, target, local);
   }
 };
 

@@ -20,32 +20,32 @@ struct SolveCoarsePatch {
   const R* w;         // 1/kg, 0 where pinned
   Points<R> delta;    // d - arrival, by rank: as columns, or, where there are any, as rows
   ScatteredPoints<R> delta_rows;
-  const int* rank;           // of each particle
-  ProlongationView<R> down;  // of the next coarser level, if there is one
-  bool prefetches;           // as in Visit,
-  bool there, back;          // and so are these: two sweeps halve the error of one for a tenth of a step's time
+  const int* rank;                   // of each particle
+  ProlongationView<R> prolongation;  // of the next coarser level, if there is one
+  bool prefetches;                   // as in Visit,
+  bool forward, backward;            // and so are these: two sweeps halve the error of one for a tenth of a step's time
 
   template <class Group>
   KERNEL void operator()(const Group& group) const {
     const Patch& patch = patches[group.index];
     R* memory = static_cast<R*>(group.memory);
     if (patch.columns)
-      visit(group, patch, SoaView<R>::over(memory, patch.slots));
+      solve(group, patch, SoaView<R>::over(memory, patch.slots));
     else
-      visit(group, patch, AosView<R>::over(memory, patch.slots));
+      solve(group, patch, AosView<R>::over(memory, patch.slots));
   }
 
  private:
   template <class Group, class Local>
-  KERNEL void visit(const Group& group, const Patch& patch, const Local& local) const {
+  KERNEL void solve(const Group& group, const Patch& patch, const Local& local) const {
     const int begin = patch.segment, end = patch.segment + patch.segments;
     for (int s = begin; s < end; ++s) load_segment(group, segments[s], local);
     project(group, patch, local, Way::Arrival);
     for (int s = begin; s < end; ++s)
-      if (!(there && segments[s].first_visit)) go_on(group, segments[s], local);
-    if (there && down.means.begin) prolongate(group, down, local);
-    if (there) project(group, patch, local, Way::There);
-    if (back) project(group, patch, local, Way::Back);
+      if (!(forward && segments[s].first_solve)) go_on(group, segments[s], local);
+    if (forward && prolongation.means.begin) prolongate(group, prolongation, local);
+    if (forward) project(group, patch, local, Way::There);
+    if (backward) project(group, patch, local, Way::Back);
     for (int s = begin; s < end; ++s)
       if (segments[s].movable) store_correction(group, segments[s], local);
   }
@@ -80,7 +80,7 @@ struct SolveCoarsePatch {
 
   template <class Group, class Local>
   KERNEL void store_correction(const Group& group, const Segment& segment, const Local& local) const {
-    const bool last = back && segment.last_visit;
+    const bool last = backward && segment.last_solve;
     for_each_pack<R>(group, segment.count, [&]<class T>(int i, T) KERNEL_LAMBDA {
       const Vector3<T> way = local.template way<T>(segment.local + i);
       const int at = segment.global + i;
@@ -98,17 +98,17 @@ struct SolveCoarsePatch {
   struct ProjectBatches {
     Group group;
     Local local;
-    const SolveCoarsePatch* visit;
+    const SolveCoarsePatch* solve;
     R* least;
     Way way;
     const Patch* patch;
     KERNEL void operator()(int b) const {
       const bool first_iteration = way == Way::Arrival;
       if (way == Way::Back) b = 2 * patch->batch + patch->batches - 1 - b;
-      if (first_iteration && visit->prefetches && group.next >= 0)
-        visit->prefetch_patch(visit->patches[group.next], b - patch->batch, patch->batches);
-      Batch batch = visit->batches[b];
-      SetView<R> set = visit->sets[batch.set];
+      if (first_iteration && solve->prefetches && group.next >= 0)
+        solve->prefetch_patch(solve->patches[group.next], b - patch->batch, patch->batches);
+      Batch batch = solve->batches[b];
+      SetView<R> set = solve->sets[batch.set];
       set.lambda = least;
       batch.slot = batch.first;
       malha::project<Coarse, Update::Stiff>(group, local, set, batch, first_iteration);

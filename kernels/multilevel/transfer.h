@@ -78,19 +78,20 @@ struct ProlongationView {
 
 /// Adds to the ways of a patch's particles what they follow; `to` is a place in its memory.
 template <class R, class Group, class Local>
-KERNEL void prolongate(const Group& group, const ProlongationView<R>& down, const Local& local) {
-  down.each(group, [&](const MeanRun& run, int k, const auto& mean) KERNEL_LAMBDA { local.add(run.to + k, mean); });
+KERNEL void prolongate(const Group& group, const ProlongationView<R>& prolongation, const Local& local) {
+  prolongation.each(group,
+                    [&](const MeanRun& run, int k, const auto& mean) KERNEL_LAMBDA { local.add(run.to + k, mean); });
 }
 
 /// The same where particles are in their arrays.
 template <class R>
 struct Prolongate {
   using Shared = void;
-  ProlongationView<R> down;
+  ProlongationView<R> prolongation;
   Points<R> d;
   template <class Group>
   KERNEL void operator()(const Group& group) const {
-    prolongate(group, down, SoaView<R>{nullptr, nullptr, nullptr, nullptr, d.x, d.y, d.z});
+    prolongate(group, prolongation, SoaView<R>{nullptr, nullptr, nullptr, nullptr, d.x, d.y, d.z});
   }
 };
 

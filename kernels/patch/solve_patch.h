@@ -28,56 +28,56 @@ struct SolvePatch {
   const Batch* batches;
   const SetView<R>* sets;
   Particles<R> particles;
-  R dt, per_dt;             // s, 1/s
-  Vector3<R> gravity;       // m/s^2
-  bool predicts;            // the first visit to a particle predicts it
-  bool updates;             // the last one updates its state
-  bool first_iteration;     // first iteration of a substep
-  bool there, back;         // which ways it goes
-  bool prefetches;          // the particles do not fit in a core's caches: those of the next patch are asked for early
-  int substep;              // 1 ..
-  RestrictionTarget<R> up;  // means of the next prediction, for the coarser level: the last visits leave them
+  R dt, per_dt;            // s, 1/s
+  Vector3<R> gravity;      // m/s^2
+  bool predicts;           // the first visit to a particle predicts it
+  bool updates;            // the last one updates its state
+  bool first_iteration;    // first iteration of a substep
+  bool forward, backward;  // which ways it goes
+  bool prefetches;         // the particles do not fit in a core's caches: those of the next patch are asked for early
+  int substep;             // 1 ..
+  RestrictionTarget<R> restriction;  // means of the next prediction, for the coarser level: the last visits leave them
   ProlongationView<R>
-      down;       // what particles follow on the coarser level, patch by patch: added where they are predicted
-  int* lost;      // of each patch: the first substep that left a particle without a finite position, or 0
-  R most_speed2;  // m^2/s^2, where speeds are watched
-  int* fast;      // of each patch: the last substep that left a particle that is faster; null: nobody asks
+      prolongation;  // what particles follow on the coarser level, patch by patch: added where they are predicted
+  int* non_finite;   // of each patch: the first substep that left a particle without a finite position, or 0
+  R max_speed2;      // m^2/s^2, where speeds are watched
+  int* too_fast;     // of each patch: the last substep that left a particle that is faster; null: nobody asks
 
   template <class Group>
   KERNEL void operator()(const Group& group) const {
     const Patch& patch = patches[group.index];
     R* memory = static_cast<R*>(group.memory);
     if (patch.columns)
-      visit(group, patch, SoaView<R>::over(memory, patch.slots));
+      solve(group, patch, SoaView<R>::over(memory, patch.slots));
     else
-      visit(group, patch, AosView<R>::over(memory, patch.slots));
+      solve(group, patch, AosView<R>::over(memory, patch.slots));
   }
 
  private:
   template <class Group, class Local>
-  KERNEL void visit(const Group& group, const Patch& patch, const Local& local) const {
+  KERNEL void solve(const Group& group, const Patch& patch, const Local& local) const {
     const int begin = patch.segment, end = patch.segment + patch.segments;
     for (int s = begin; s < end; ++s) load_segment(group, segments[s], local);
-    if (predicts && there && down.means.begin) prolongate(group, down, local);
-    if (there)
+    if (predicts && forward && prolongation.means.begin) prolongate(group, prolongation, local);
+    if (forward)
       for (int b = 0, next; b < patch.batches; b = next) {
         for (next = b + 1; next < patch.batches && set_of(patch, next) == set_of(patch, b);) ++next;
         project_set(group, patch, b, next, true, local);
       }
-    if (back)
+    if (backward)
       for (int next = patch.batches, b; next > 0; next = b) {
         for (b = next - 1; b > 0 && set_of(patch, b - 1) == set_of(patch, b);) --b;
         project_set(group, patch, b, next, false, local);
       }
     for (int s = begin; s < end; ++s) {
       if (!segments[s].movable) continue;
-      if (updates && back && segments[s].last_visit)
+      if (updates && backward && segments[s].last_solve)
         update(group, segments[s], local);
       else
         store_segment(group, segments[s], local);
     }
-    if (updates && back && up.means.begin) restrict_prediction(group, patch, local);
-    if (updates && back && fast) watch_speed(group, patch);
+    if (updates && backward && restriction.means.begin) restrict_prediction(group, patch, local);
+    if (updates && backward && too_fast) watch_speed(group, patch);
   }
 
   template <class Group>
@@ -85,26 +85,26 @@ struct SolvePatch {
     PackMax<R, typename Group::Isa> speed2(R(0));
     for (int s = patch.segment; s < patch.segment + patch.segments; ++s) {
       const Segment& segment = segments[s];
-      if (!segment.last_visit || !segment.movable) continue;
+      if (!segment.last_solve || !segment.movable) continue;
       for_each_pack<R>(group, segment.count, [&]<class T>(int i, T /*of*/) KERNEL_LAMBDA {
         const Vector3<T> v = load_points<T>(particles.v, segment.global + i);
         speed2.add(dot(v, v));
       });
     }
-    if (speed2.value() > most_speed2) fast[group.index] = substep;
+    if (speed2.value() > max_speed2) too_fast[group.index] = substep;
   }
 
   template <class Group, class Local>
   KERNEL void restrict_prediction(const Group& group, const Patch& patch, const Local& local) const {
-    const PredictedParticles<R> next{particles.p, particles.v, particles.w, up.origins, dt, gravity};
+    const PredictedParticles<R> next{particles.p, particles.v, particles.w, restriction.origins, dt, gravity};
     for (int s = patch.segment; s < patch.segment + patch.segments; ++s)
-      if (segments[s].last_visit) next.load_segment(group, segments[s], local);
-    restrict_to(group, up, local);
+      if (segments[s].last_solve) next.load_segment(group, segments[s], local);
+    restrict_to(group, restriction, local);
   }
 
   KERNEL int set_of(const Patch& patch, int b) const { return batches[patch.batch + b].set; }
   /// Whether a visit predicts them.
-  KERNEL bool predicted_here(const Segment& segment) const { return predicts && there && segment.first_visit; }
+  KERNEL bool predicted_here(const Segment& segment) const { return predicts && forward && segment.first_solve; }
 
   /// The `part` of `parts` of a patch's particles and constraints: memory is to be as busy as the arithmetic, not
   /// before it or after it.
@@ -194,7 +194,7 @@ struct SolvePatch {
 
   template <class Group>
   KERNEL void mark_non_finite(const Group& group) const {
-    if (lost[group.index] == 0) lost[group.index] = substep;
+    if (non_finite[group.index] == 0) non_finite[group.index] = substep;
   }
 
   template <class T>
@@ -229,18 +229,18 @@ struct SolvePatch {
   /// need all registers.
   template <class Kind, Update update, class Group, class Local>
   struct ProjectSet {
-    const SolvePatch* visit;
+    const SolvePatch* solve;
     Group group;
     const Patch* patch;
     Local local;
     const SetView<R>* set;
     int last;  // of the batches where they are taken back; there: below 0
     KERNEL void operator()(int b) const {
-      const bool forth = last < 0;
-      if (visit->prefetches && group.next >= 0 && (forth || !visit->there))
-        visit->prefetch_patch(visit->patches[group.next], b, patch->batches);
-      const Batch& batch = visit->batches[patch->batch + (forth ? b : last - b)];
-      project<Kind, update>(group, local, *set, batch, visit->first_iteration && forth);
+      const bool forward = last < 0;
+      if (solve->prefetches && group.next >= 0 && (forward || !solve->forward))
+        solve->prefetch_patch(solve->patches[group.next], b, patch->batches);
+      const Batch& batch = solve->batches[patch->batch + (forward ? b : last - b)];
+      project<Kind, update>(group, local, *set, batch, solve->first_iteration && forward);
     }
   };
 
@@ -251,7 +251,7 @@ struct SolvePatch {
 
   /// With the updates that a kind can have, and no others: each is code of its own.
   template <class Group, class Local>
-  KERNEL_APART void project_set(const Group& group, const Patch& patch, int begin, int end, bool forth,
+  KERNEL_APART void project_set(const Group& group, const Patch& patch, int begin, int end, bool forward,
                                 const Local& local) const {
     const SetView<R>& set = sets[batches[patch.batch + begin].set];
     for_each_constraint([&]<class Kind>(Kind) KERNEL_LAMBDA {
@@ -260,7 +260,7 @@ struct SolvePatch {
         if (set.update == Updated::value)
           group.call_outlined(begin, end,
                               ProjectSet<Kind, Updated::value, Group, Local>{this, group, &patch, local, &set,
-                                                                             forth ? -1 : begin + end - 1});
+                                                                             forward ? -1 : begin + end - 1});
       };
       if constexpr (Kind::strength.free) by(By<Update::Stiff>()), by(By<Update::Compliant>());
       if constexpr (takes_material<Kind>())
@@ -276,7 +276,7 @@ struct MarkDeferredPatches {
   const Patch* patches;
   const Segment* segments;
   ActiveMask questions;
-  bool* waits;
+  bool* deferred;
   KERNEL void operator()(int k) const {
     const Patch& patch = patches[k];
     bool any = false;
@@ -289,18 +289,18 @@ struct MarkDeferredPatches {
         any = questions.asked(i / kGroupSize) & own;
       }
     }
-    waits[k] = any;
+    deferred[k] = any;
   }
 };
 
 /// Those that wait, or those that do not.
 template <class R>
 struct MaskedSolvePatch : SolvePatch<R> {
-  const bool* waits;
-  bool those;
+  const bool* deferred;
+  bool solves_deferred;
   template <class Group>
   KERNEL void operator()(const Group& group) const {
-    if (waits[group.index] == those) SolvePatch<R>::operator()(group);
+    if (deferred[group.index] == solves_deferred) SolvePatch<R>::operator()(group);
   }
 };
 

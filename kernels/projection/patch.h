@@ -19,8 +19,8 @@ inline constexpr int kSlotPack = 16;
 struct Segment {
   int global, local, count;
   int origin, body;  // from which particle they are told, one of their body's in the patch; connected body
-  bool first_visit,
-      last_visit;  // in a sweep there and back over all patches, no other patch visits them before, or after
+  bool first_solve,
+      last_solve;  // in a sweep there and back over all patches, no other patch visits them before, or after
   bool movable;    // pinned particles are only read
 };
 

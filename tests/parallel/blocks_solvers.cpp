@@ -9,9 +9,9 @@
 
 namespace malha {
 
-template <class Visited>
-void visit_patches(const Blocks& executor, const Visited& visit, int begin, int end, const ScratchMemory& memory) {
-  parallel_groups(executor, begin, end, memory, visit);
+template <class AnySolve>
+void solve_patches(const Blocks& executor, const AnySolve& solve, int begin, int end, const ScratchMemory& memory) {
+  parallel_groups(executor, begin, end, memory, solve);
 }
 
 std::unique_ptr<Solver> make_on_blocks(const Model& model, const Blocks& executor) {

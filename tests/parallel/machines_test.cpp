@@ -97,7 +97,7 @@ TEST(Machines, AreRefusedByAnotherName) {
 
 /// A sheet in one patch: each substep reads x, what it lacks of the position, v and w of its particles, and writes the
 /// first three.
-TEST(VisitTraffic, OfOnePatchIsItsStateThereAndBack) {
+TEST(SolveTraffic, OfOnePatchIsItsStateThereAndBack) {
   Scene scene = load_shipped("sheet_shear");
   std::get<GridShape>(scene.bodies.front().shape).cells = {12, 12};
   scene.bodies.front().pins.clear();
@@ -106,13 +106,13 @@ TEST(VisitTraffic, OfOnePatchIsItsStateThereAndBack) {
   ASSERT_EQ(simulation.solver().facts().patches.patches, 1);
   const double particles = 13 * 13, numbers = 10 + 9;
   const PatchPlan plan = plan_patches(simulation.model());
-  EXPECT_EQ(visit_traffic(simulation.model(), simulation.solver(), plan).particle_bytes,
+  EXPECT_EQ(solve_traffic(simulation.model(), simulation.solver(), plan).particle_bytes,
             numbers * sizeof(float) * particles * scene.solver.substeps);
 }
 
 /// Where patches share particles, each visit reads where they are, how far they went and w, and writes how far they
 /// went; but nothing else travels.
-TEST(VisitTraffic, OfSeveralPatchesAddsWhatTheyShare) {
+TEST(SolveTraffic, OfSeveralPatchesAddsWhatTheyShare) {
   bool turns = false;
   for (Scene scene : scenes_to_cut()) {
     for (BodySpec& body : scene.bodies) body.pins.clear();
@@ -137,7 +137,7 @@ TEST(VisitTraffic, OfSeveralPatchesAddsWhatTheyShare) {
       if (count == 1) numbers += 10 + 9;
       if (count > 1) numbers += (10 + 3) + (count - 2) * (10 + 3) + (10 + 3 + 9);
     }
-    const VisitTraffic traffic = visit_traffic(simulation.model(), simulation.solver(), plan);
+    const SolveTraffic traffic = solve_traffic(simulation.model(), simulation.solver(), plan);
     EXPECT_EQ(traffic.particle_bytes, numbers * sizeof(float) * scene.solver.substeps) << scene.name;
     std::size_t constraints = 0;
     for (const SetStats& set : simulation.solver().facts().sets) constraints += set.bytes;

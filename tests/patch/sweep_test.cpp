@@ -61,9 +61,9 @@ class ScalarSweep {
   void operator()(const PlacedParticles<Serial, R>& particles) {
     const Displaced<R> p = particles.p();
     const int last = plan_.phases() - 1;
-    for (int phase = 0; phase < last; ++phase) visit_phase(p, phase, true);
-    for (int phase = last - 1; phase >= 0; --phase) visit_phase(p, phase, false);
-    visit_phase(p, last, true), visit_phase(p, last, false);
+    for (int phase = 0; phase < last; ++phase) project_phase(p, phase, true);
+    for (int phase = last - 1; phase >= 0; --phase) project_phase(p, phase, false);
+    project_phase(p, last, true), project_phase(p, last, false);
   }
 
   void start_substep() {
@@ -74,11 +74,12 @@ class ScalarSweep {
 
  private:
   /// Patches of one phase share nothing.
-  void visit_phase(const Displaced<R>& p, int phase, bool there) {
-    for (int k = plan_.phase_begin[phase]; k < plan_.phase_begin[phase + 1]; ++k) visit(p, plan_.patches[k], there);
+  void project_phase(const Displaced<R>& p, int phase, bool there) {
+    for (int k = plan_.phase_begin[phase]; k < plan_.phase_begin[phase + 1]; ++k)
+      project_patch(p, plan_.patches[k], there);
   }
 
-  void visit(const Displaced<R>& p, const Patch& patch, bool there) {
+  void project_patch(const Displaced<R>& p, const Patch& patch, bool there) {
     origin_.assign(model_.x.size(), -1);
     for (int s = patch.segment; s < patch.segment + patch.segments; ++s)
       std::fill_n(origin_.begin() + plan_.segments[s].global, plan_.segments[s].count, plan_.segments[s].origin);
@@ -204,9 +205,9 @@ struct Bench {
     return {R(g[0]), R(g[1]), R(g[2])};
   }
   Particles<R> particles() const { return {model.count(), held.x.points(), v.points(), held.p(), w.data()}; }
-  SolvePatch<R> visit() const { return sweep.visit(particles(), h(), gravity()); }
-  void run(const SolvePatch<R>& visit) const {
-    sweep.region([&](const auto& team) { sweep(team, visit); });
+  SolvePatch<R> make_solve() const { return sweep.make_solve(particles(), h(), gravity()); }
+  void run(const SolvePatch<R>& solve) const {
+    sweep.region([&](const auto& team) { sweep(team, solve); });
   }
 };
 
@@ -301,9 +302,9 @@ void expect_same_as_scalar(const Model& model, double size, const Executor& exec
   for (int substep = 0; substep < 2; ++substep) {
     scalar.start_substep();
     for (int iteration = 0; iteration < 3; ++iteration) {
-      SolvePatch<R> visit = bench.visit();
-      visit.first_iteration = iteration == 0;
-      bench.run(visit);
+      SolvePatch<R> solve = bench.make_solve();
+      solve.first_iteration = iteration == 0;
+      bench.run(solve);
       scalar(expected);
     }
   }
@@ -342,9 +343,9 @@ TEST(Sweep, ForgetsLambdaWhenASubstepStarts) {
   Bench<Serial, double> bench(model, {}, 1, start);
   const auto project = [&](bool first_iteration) {
     bench.held.d.upload(start);
-    SolvePatch<double> visit = bench.visit();
-    visit.first_iteration = first_iteration;
-    bench.run(visit);
+    SolvePatch<double> solve = bench.make_solve();
+    solve.first_iteration = first_iteration;
+    bench.run(solve);
     return bench.held.d.download();
   };
   const auto first = project(true), remembered = project(false), again = project(true);
@@ -362,15 +363,15 @@ Bench<Executor, R> advanced(const Model& model, const Executor& executor, int th
   for (int s = 0; s < solver.substeps; ++s) {
     if (!fused) parallel_for(executor, model.count(), Predict<R>{all, h, bench.gravity()});
     for (int iteration = 0; iteration < solver.iterations; ++iteration) {
-      SolvePatch<R> visit = bench.visit();
-      visit.first_iteration = iteration == 0;
-      visit.predicts = fused && iteration == 0;
-      visit.updates = fused && iteration + 1 == solver.iterations;
-      bench.run(visit);
+      SolvePatch<R> solve = bench.make_solve();
+      solve.first_iteration = iteration == 0;
+      solve.predicts = fused && iteration == 0;
+      solve.updates = fused && iteration + 1 == solver.iterations;
+      bench.run(solve);
     }
     if (!fused) parallel_reduce<FirstIndex>(executor, model.count(), UpdateState<R>{all, h, per_h});
   }
-  EXPECT_FALSE(bench.sweep.lost());
+  EXPECT_FALSE(bench.sweep.has_non_finite());
   return bench;
 }
 
@@ -431,15 +432,15 @@ TEST(Sweep, NamesTheParticleThatIsLostAndTheSubstepInWhichItWas) {
       if (slanted) model.v[i] = {1e30, 1e30, 1e30};
       model.scene.solver.dt = 1e8, model.scene.solver.substeps = 1;
       Bench<std::decay_t<decltype(executor)>, float> bench(model, executor, threads);
-      EXPECT_EQ(bench.sweep.first_lost(bench.held.x.download(), model.user_index), -1);
+      EXPECT_EQ(bench.sweep.first_non_finite(bench.held.x.download(), model.user_index), -1);
       for (int substep = 1; substep <= 5; ++substep) {
-        SolvePatch<float> visit = bench.visit();
-        visit.predicts = visit.updates = true;
-        visit.substep = substep;
-        bench.run(visit);
-        EXPECT_EQ(bench.sweep.lost(), substep >= first) << name << ", substep " << substep;
+        SolvePatch<float> solve = bench.make_solve();
+        solve.predicts = solve.updates = true;
+        solve.substep = substep;
+        bench.run(solve);
+        EXPECT_EQ(bench.sweep.has_non_finite(), substep >= first) << name << ", substep " << substep;
       }
-      EXPECT_EQ(bench.sweep.first_lost(bench.held.x.download(), model.user_index), model.user_index[i]) << name;
+      EXPECT_EQ(bench.sweep.first_non_finite(bench.held.x.download(), model.user_index), model.user_index[i]) << name;
     }
   });
 }
