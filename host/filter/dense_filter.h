@@ -57,17 +57,17 @@ class DenseFilter {
   /// All numbers are taken.
   void send() { values_.send(), scale_.send(); }
 
-  /// Filters forces: S takes them from `ends` and gives accelerations back.
-  template <class Ends>
-  void apply(const Ends& ends) const {
+  /// Filters forces: S takes them from `io` and gives accelerations back.
+  template <class Io>
+  void apply(const Io& io) const {
     const DenseView<V, T> view{chunks_.data(), rows_.data(), values_.data(), particle_.data(),
                                scale_.data(),  x_.data(),    y_.data()};
     const auto chunks = static_cast<int>(chunks_.size()), rows = static_cast<int>(rows_.size());
     constexpr int piece = 16;
     parallel_region(executor_, width_, [&](const auto& team) {
-      parallel_pieces(team, rows, piece, GatherDense<V, T, Ends>{view, ends});
+      parallel_pieces(team, rows, piece, GatherDense<V, T, Io>{view, io});
       parallel_groups(team, 0, chunks, {nullptr, kDenseSums * sizeof(T)}, MultiplyDense<V, T>{view});
-      parallel_pieces(team, rows, piece, SumDense<V, T, Ends>{view, ends});
+      parallel_pieces(team, rows, piece, SumDense<V, T, Io>{view, io});
     });
   }
 

@@ -17,7 +17,7 @@ class Filter {
   /// Accelerations a = S F of the system's particles, from forces; others are left as they are. On free bodies the mean
   /// of a is undefined (S is kept without that mode, of which it would lose the digits of the others): take it from the
   /// sum of F.
-  virtual void apply(const FilterIo<R>& ends) const = 0;
+  virtual void apply(const FilterIo<R>& io) const = 0;
   const FilterStats& facts() const { return facts_; }
 
  protected:

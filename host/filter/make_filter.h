@@ -57,7 +57,7 @@ class FilterOf final : public Filter<R> {
  public:
   template <class... Arguments>
   explicit FilterOf(Arguments&&... arguments) : engine(std::forward<Arguments>(arguments)...) {}
-  void apply(const FilterIo<R>& ends) const override { engine.apply(ends); }
+  void apply(const FilterIo<R>& io) const override { engine.apply(io); }
   Engine engine;
   FilterStats& facts() { return this->facts_; }
 };

@@ -61,12 +61,12 @@ class SparseFilter {
     return made;
   }
 
-  /// Filters forces: S takes them from `ends` and gives accelerations back.
+  /// Filters forces: S takes them from `io` and gives accelerations back.
   template <class R>
-  void apply(const FilterIo<R>& ends) const {
-    const Points<R>&force = ends.force, &a = ends.acceleration;
-    const auto key = [&] { return key_from(force.x, force.y, force.z, a.x, a.y, a.z, ends.adds); };
-    repeated_region(executor_, width_, recorded_, key, [&](const auto& team) { apply(team, own_, ends); });
+  void apply(const FilterIo<R>& io) const {
+    const Points<R>&force = io.force, &a = io.acceleration;
+    const auto key = [&] { return key_from(force.x, force.y, force.z, a.x, a.y, a.z, io.adds); };
+    repeated_region(executor_, width_, recorded_, key, [&](const auto& team) { apply(team, own_, io); });
   }
 
   int launches() const {
@@ -80,8 +80,8 @@ class SparseFilter {
            from_.bytes() + values_.bytes() + own_.bytes();
   }
 
-  template <class Team, class Ends>
-  void apply(const Team& team, const Workspace& space, const Ends& ends) const {
+  template <class Team, class Io>
+  void apply(const Team& team, const Workspace& space, const Io& io) const {
     const int tasks = static_cast<int>(plan_.tasks.size()) - 1;
     const FilterTask& top = plan_.tasks[tasks];
     const SparseView<T> view{panels_.data(),          rows_.data(), values_.data(), tasks_.data(),    tasks,
@@ -89,15 +89,15 @@ class SparseFilter {
                              values_.bytes() > kCache};
     const ScratchMemory memory{space.memory.data(), memory_bytes_};
     Vec4<T>*first = space.top.data(), *second = first + plan_.most_rows;
-    parallel_groups(team, 0, tasks, memory, ForwardTask<T, Ends>{view, ends});
+    parallel_groups(team, 0, tasks, memory, ForwardTask<T, Io>{view, io});
     if (top.panels > 0) {
-      parallel_pieces(team, top.own, kTopPlaces, SumTop<T, Ends>{view, ends});
+      parallel_pieces(team, top.own, kTopPlaces, SumTop<T, Io>{view, io});
       for (const Stretch& stretch : stretches_) forward_solve(team, view, stretch, memory, first);
       for (auto stretch = stretches_.rbegin(); stretch != stretches_.rend(); ++stretch)
         backward_solve(team, view, *stretch, memory, first, second);
-      parallel_pieces(team, top.own, kTopPlaces, ScatterRoot<T, Ends>{view, ends});
+      parallel_pieces(team, top.own, kTopPlaces, ScatterRoot<T, Io>{view, io});
     }
-    parallel_groups(team, 0, tasks, memory, BackwardTask<T, Ends>{view, ends});
+    parallel_groups(team, 0, tasks, memory, BackwardTask<T, Io>{view, io});
   }
 
  private:

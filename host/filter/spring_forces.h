@@ -94,7 +94,7 @@ class SpringForces {
       with_stencil(*own.set, [&]<class Kind, class Stencil>(Kind, Stencil) {
         const TargetView<R> view{own.particle.data(), own.weight.data(), own.own.data(), own.stiffness.data(),
                                  rows_.data() + own.first_row};
-        parallel_for(executor_, own.count, FindTargets<R, Stencil, Kind::particles>{view, at});
+        parallel_for(executor_, own.count, ComputeTargets<R, Stencil, Kind::particles>{view, at});
       });
   }
 

@@ -141,7 +141,7 @@ struct SolverStats {
   std::optional<SelfStats> self;                         // of self-collision
   std::optional<ContactStats> contact;                   // with the environment
   std::optional<EdgeStats> edges;                        // with its edges and corners
-  std::vector<UserConstraintStats> own;                  // constraints of the caller's own
+  std::vector<UserConstraintStats> user_constraints;     // constraints of the caller's own
   int free_bodies = 0;                                   // of Desbrun's, whose momentum is corrected
   bool corrects = false;                                 // their angular momentum too
   std::size_t spring_bytes = 0;                          // of their ends, stiffness and rest lengths

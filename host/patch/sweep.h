@@ -38,7 +38,7 @@ class Sweep {
     non_finite_ = Array<Executor, int>(plan.patches.size(), 0);
     // Whole cache lines, and the memories of two threads never in the same set of a cache.
     const std::size_t numbers =
-        kLocalNumbers * std::size_t(plan.most_slots) + (remembers(Kinds{}) ? plan.most_constraints : 0);
+        kNumbersPerParticle * std::size_t(plan.most_slots) + (remembers(Kinds{}) ? plan.most_constraints : 0);
     memory_bytes_ = (numbers * sizeof(R) / 128 + 1) * 128 + 64;
     memory_ = Array<Executor, char>(memory_bytes_ * threads, 0);
     prefetches_ = model.x.size() * 10 * sizeof(R) > kCache;
@@ -175,7 +175,7 @@ class Sweep {
     with_kind(
         set.type,
         [&]<class Kind>(Kind) {
-          view.kind = number_of<Kind>(Kinds{});
+          view.kind = kind_index<Kind>(Kinds{});
           multipliers = malha::multipliers<Kind>();
           view.update = update_of<Kind>(set, solver.iterations);
           view.numbers = rest_numbers<Kind>(view.update);
@@ -195,7 +195,8 @@ class Sweep {
     view.compliance = R(set.compliance.value_or(0) / (h * h));
     // With more iterations than substeps, a long substep's heavy loads are met sooner along gradients where particles
     // are.
-    view.from_start = solver.iterations <= solver.substeps, view.taut = R(taut_of(set.pressed, solver.iterations));
+    view.from_start = solver.iterations <= solver.substeps,
+    view.max_start_step = R(max_start_step_of(set.pressed, solver.iterations));
     return view;
   }
 
@@ -207,7 +208,7 @@ class Sweep {
   /// One of those that a Visit knows of the kind.
   template <class Kind>
   static Update update_of(const ConstraintSet& set, int iterations) {
-    if (!Kind::strength.free) return takes_material<Kind>() ? Update::Material : Update::Compliant;
+    if (!Kind::strength.accepts_stiffness) return takes_material<Kind>() ? Update::Material : Update::Compliant;
     if (!set.softness.empty()) return Update::Material;
     // With several iterations each must know what the others have applied (kTaut, kernels/projection/direction.h): a
     // compliance of 0 is the same as a stiffness of 1. Coarse constraints are swept once in a substep, whatever the

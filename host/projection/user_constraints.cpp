@@ -101,7 +101,7 @@ void project(const UserConstraint& constraint, int count, const int* number, dou
       way = std::max(way, w[j] * norm(along[j])), size = std::max(size, norm(minus(start[j], start[c * k])));
     }
     // Of one particle alone there is no size: its direction is that where it is.
-    const bool small = sum > 0 && std::abs(C[c]) * way <= kSmall * size * sum;
+    const bool small = sum > 0 && std::abs(C[c]) * way <= kMaxStartCorrection * size * sum;
     if (!small) sum = now;
     if (!(sum > 0)) continue;  // nothing can move, or C has no slope: as of a constraint that does not act now
     const double change = (-C[c] - alpha * lambda[c]) / (sum + alpha);

@@ -147,13 +147,15 @@ class UserConstraints {
     std::vector<Vector3<double>> there;
     for (const Vec3& a : x) there.push_back({a[0], a[1], a[2]});
     Memory<Executor>::copy_in(there.data(), there.size(), set.place.data() + of.from);
-    parallel_for(executor_, of.particles, ScatterOwn<R>{p, w, set.list.data() + of.from, set.place.data() + of.from});
+    parallel_for(executor_, of.particles,
+                 ScatterUserParticles<R>{p, w, set.list.data() + of.from, set.place.data() + of.from});
   }
 
   template <class At>
   std::vector<Vec3> gather(const Set& set, const At& x, const R* w, std::size_t from, int count) const {
-    parallel_for(executor_, count,
-                 GatherOwn<R, At>{x, w, set.list.data() + from, set.place.data() + from, set.w.data() + from});
+    parallel_for(
+        executor_, count,
+        GatherUserParticles<R, At>{x, w, set.list.data() + from, set.place.data() + from, set.w.data() + from});
     std::vector<Vector3<double>> there(count);
     Memory<Executor>::copy_out(set.place.data() + from, there.size(), there.data());
     std::vector<Vec3> places;

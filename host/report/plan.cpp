@@ -71,7 +71,7 @@ void list_attachments(std::ostream& out, const Model& model) {
 }
 
 void list_own(std::ostream& out, const SolverStats& facts) {
-  for (const UserConstraintStats& own : facts.own)
+  for (const UserConstraintStats& own : facts.user_constraints)
     out << "  user '" << own.name << "': " << own.constraints << " of " << counted(own.particles, "particle") << " in "
         << counted(own.batches, "batch", "batches")
         << ", evaluated by the caller; prediction, projection and state are passes of their own\n";

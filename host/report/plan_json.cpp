@@ -41,7 +41,7 @@ Json constraints(const Model& model, const SolverStats& facts) {
     if (!set.ends.empty()) all.push_back({{"type", set.type}, {"count", set.ends.size()}, {"filtered", true}});
   for (const ConstraintSet& set : model.stencils)
     all.push_back({{"type", set.type}, {"count", set.count()}, {"filtered", true}});
-  for (const UserConstraintStats& own : facts.own)
+  for (const UserConstraintStats& own : facts.user_constraints)
     all.push_back({{"type", "user"},
                    {"name", own.name},
                    {"count", own.constraints},

@@ -45,7 +45,7 @@ std::size_t pinned_at_start(const Model& model) {
 std::vector<PassOfAStep> passes_of_a_step(const Model& model, const SolverStats& of_scene) {
   std::vector<PassOfAStep> all;
   SolverStats facts = of_scene;
-  if (!facts.own.empty())
+  if (!facts.user_constraints.empty())
     facts.fused = facts.whole_steps = facts.contact_free_steps = false;  // they act between the passes
   const SolverSpec& solver = model.scene.solver;
   const std::size_t substeps = solver.substeps, iterations = substeps * solver.iterations;
@@ -88,7 +88,7 @@ std::vector<PassOfAStep> passes_of_a_step(const Model& model, const SolverStats&
       std::ranges::any_of(model.environment, [](const EnvironmentMesh& mesh) { return mesh.spec.restitution > 0; });
   line("contact", (iterations + substeps) * obstacles + (bounces ? 3 * substeps : 0));
   std::size_t own_launches = 0;  // gathered where the substep began, then there and back, and scattered
-  for (const UserConstraintStats& own : facts.own)
+  for (const UserConstraintStats& own : facts.user_constraints)
     own_launches += substeps + 2 * iterations * static_cast<std::size_t>(std::max(2 * own.batches - 2, 1));
   line("user_constraints", own_launches);
   if (facts.self)

@@ -129,7 +129,7 @@ class Desbrun final : public TimeStepper<Executor, R> {
     if (!filter_) return Base::press(all);
     const Points<R> force = force_.points(), way = acceleration_.points();
     for (const std::vector<int>& product : filtered_pressures_) {
-      parallel_for(executor_, all.count, ClearFilterEnds<R>{{force, way, false}});
+      parallel_for(executor_, all.count, ClearFilterIo<R>{{force, way, false}});
       for (const int k : product) pressures_[k].put(force);
       filter_->apply({force, way, false});
       take_net_motion(Corrector::Inertia);

@@ -142,7 +142,7 @@ class TimeStepper : public Solver {
   }
   void add_user_constraints(const std::vector<UserConstraint>& all) final {
     user_constraints_.emplace(executor_, model_, all);
-    facts_.own = user_constraints_->facts();
+    facts_.user_constraints = user_constraints_->facts();
     energy_guard_.trust(user_constraints_->particles());
     exclude_from_momentum_correction();
   }

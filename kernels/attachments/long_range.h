@@ -64,7 +64,7 @@ struct LimitReach {
     const R per = start2 > R(0) ? R(1) / sqrt(start2) : R(0), along = cross * per;
     const Vector3<R> aside = d - start * (per * along);
     const R room = r * r - dot(aside, aside);  // of a right triangle
-    if (cross > R(0) && room > R(0) && along - sqrt(room) <= R(kSmall) * r)
+    if (cross > R(0) && room > R(0) && along - sqrt(room) <= R(kMaxStartCorrection) * r)
       way = way - start * (per * (along - sqrt(room)));
     else
       way = way + d * (r / sqrt(d2) - R(1));

@@ -32,7 +32,7 @@ KERNEL void for_each_constraint(F&& f) {
 
 /// The place of a kind in a list: what kernels know it by. -1: it is not there.
 template <class Kind, ConstraintKind... Kinds>
-constexpr int number_of(KindList<Kinds...>) {
+constexpr int kind_index(KindList<Kinds...>) {
   int number = -1, next = 0;
   ((std::is_same_v<Kind, Kinds> ? void(number = next++) : void(++next)), ...);
   return number;

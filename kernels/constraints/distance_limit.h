@@ -25,8 +25,9 @@ struct DistanceLimit {
   }
 
   template <class S, class Mask>
-  KERNEL static S evaluate(const Vector3<S> (&p)[2], const S* rest, const Mask& held, Vector3<S> (&grad)[2], S& scale) {
-    const S excess = Distance::evaluate(p, rest, held, grad, scale);
+  KERNEL static S evaluate(const Vector3<S> (&p)[2], const S* rest, const Mask& valid, Vector3<S> (&grad)[2],
+                           S& scale) {
+    const S excess = Distance::evaluate(p, rest, valid, grad, scale);
     grad[0] = -grad[0], grad[1] = -grad[1];
     return -excess;
   }

@@ -20,7 +20,7 @@ struct IsometricBending {
   static constexpr Degenerate degenerate = Degenerate::Projected;
   static constexpr int numbers = 4;
   static constexpr Parameter parameter{"rest_scale", 1, 0, true};
-  static constexpr double turns = 0.97;
+  static constexpr double min_turn_cosine = 0.97;
 
   /// The vector's length at rest with its side's sign, times rest_scale (0: flat), and K_0 to K_2, 1/m; K_3 makes their
   /// sum 0. A hinge of which a triangle has no area has none.
@@ -44,12 +44,13 @@ struct IsometricBending {
 
   /// C and its gradients times |sum K_j p_j|, as Distance does.
   template <class S, class Mask>
-  KERNEL static S evaluate(const Vector3<S> (&p)[4], const S* rest, const Mask& held, Vector3<S> (&grad)[4], S& scale) {
+  KERNEL static S evaluate(const Vector3<S> (&p)[4], const S* rest, const Mask& valid, Vector3<S> (&grad)[4],
+                           S& scale) {
     using R = typename RealOf<S>::type;
-    const Vector3<S> fold = or_zero(held, fold_of(p, rest));
+    const Vector3<S> fold = or_zero(valid, fold_of(p, rest));
     // What is flat at rest has no side, and its multiplier one sign.
     const S flat(R(0)), side = select(rest[0] == flat, S(R(1)), side_of(p, rest, fold));
-    for (int j = 0; j < 3; ++j) grad[j] = or_zero(held, fold * (rest[1 + j] * side));
+    for (int j = 0; j < 3; ++j) grad[j] = or_zero(valid, fold * (rest[1 + j] * side));
     grad[3] = -(grad[0] + grad[1] + grad[2]);
     scale = sqrt(dot(fold, fold));
     return scale * (scale * side - rest[0]);

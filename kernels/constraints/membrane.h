@@ -51,10 +51,11 @@ struct Membrane {
 
   /// C = sqrt(2 U / Y), of one number: the gradient says which way the material pulls, or without a pull that of a.
   template <class S, class Mask>
-  KERNEL static S evaluate(const Vector3<S> (&p)[3], const S* rest, const Mask& held, Vector3<S> (&grad)[3], S& scale) {
+  KERNEL static S evaluate(const Vector3<S> (&p)[3], const S* rest, const Mask& valid, Vector3<S> (&grad)[3],
+                           S& scale) {
     using R = typename RealOf<S>::type;
     const S zero(R(0)), one(R(1));
-    const Deformed<S> now(p, rest, held);
+    const Deformed<S> now(p, rest, valid);
     const S C = sqrt(now.C[0] * now.C[0] + now.C[1] * now.C[1] + now.C[2] * now.C[2]);
     const auto strained = C > S(tiny<R>());
     const S per_C = one / select(strained, C, one);
@@ -80,13 +81,13 @@ struct Membrane {
   /// starts the energy then grows by less than an eighth), and the next one does what is left.
   template <class S, class Mask>
   KERNEL static void step(const Vector3<S> (&p)[3], const Vector3<S> (&x)[3], const S (&w)[3], const S* rest,
-                          const Mask& held, S alpha, S taut, S (&sum)[3], Vector3<S> (&move)[3]) {
+                          const Mask& valid, S alpha, S max_start_step, S (&sum)[3], Vector3<S> (&move)[3]) {
     using R = typename RealOf<S>::type;
-    const Deformed<S> now(p, rest, held);
+    const Deformed<S> now(p, rest, valid);
     const typename Deformed<S>::Masses B(now.q, w);
     S A[3][3], dlambda[3];
     now.response(B, A);
-    solve_at_once(A, now.C, alpha, sum, held, dlambda);
+    solve_at_once(A, now.C, alpha, sum, valid, dlambda);
     const S most(R(0.2)), omega = now.turning(B, dlambda);
     const S part = most / max(max(omega, -omega), most);
     for (int m = 0; m < 3; ++m) {
@@ -94,14 +95,14 @@ struct Membrane {
       sum[m] = sum[m] + dlambda[m];
     }
     Vector3<S> along[3], carried[3];
-    const Deformed<S> then(x, rest, held);
+    const Deformed<S> then(x, rest, valid);
     now.pull(dlambda, move);
     then.pull(dlambda, along), then.pull(sum, carried);
     // By how much that changes F: of a sliver it is more than its size tells. Half of `taut` is what pulled sheets
     // bear.
     const Vector3<S> e = carried[1] * w[1] - carried[0] * w[0], g = carried[2] * w[2] - carried[0] * w[0];
     const Vector3<S> f1 = e * now.q[0], f2 = e * now.q[1] + g * now.q[2];
-    go_along(taut, S(R(4)) * (dot(f1, f1) + dot(f2, f2)), w, along, move);
+    blend_with_start(max_start_step, S(R(4)) * (dot(f1, f1) + dot(f2, f2)), w, along, move);
   }
 
   /// The filter sees both columns of F times sqrt(A w / Y), as springs of the stiffness w = Y / (1 - nu), the
@@ -141,10 +142,10 @@ struct Membrane {
     S per_t;
 
     template <class Mask>
-    KERNEL Turned(const Vector3<S> (&f)[2], const Mask& held) {
+    KERNEL Turned(const Vector3<S> (&f)[2], const Mask& valid) {
       using R = typename RealOf<S>::type;
       const S zero(R(0)), one(R(1)), F2 = dot(f[0], f[0]) + dot(f[1], f[1]);
-      const auto whole = held & (F2 > S(R(1e-12)));  // or all of it is in one place
+      const auto whole = valid & (F2 > S(R(1e-12)));  // or all of it is in one place
       // Crushed to a line, or stretched so far that squares leave float's range, it has no normal: n fades out, and
       // what is left of R pulls along the sides. With the same J in t no torque comes of it.
       const Vector3<S> u = or_zero(whole & (F2 < S(R(1e16))), cross(f[0], f[1]));
@@ -172,14 +173,14 @@ struct Membrane {
     S per_t, turn, to1, to2;  // 2 S12 / t, 2 S22 / t, 2 S11 / t: what b and c gain by the turning of R
 
     template <class Mask>
-    KERNEL Deformed(const Vector3<S> (&p)[3], const S* rest, const Mask& held) {
+    KERNEL Deformed(const Vector3<S> (&p)[3], const S* rest, const Mask& valid) {
       using R = typename RealOf<S>::type;
       const S zero(R(0)), two(R(2));
-      for (int i = 0; i < 3; ++i) q[i] = select(held, rest[i], zero);
-      for (int i = 0; i < 2; ++i) k[i] = select(held, rest[3 + i], zero);
-      const Vector3<S> e = or_zero(held, p[1] - p[0]), g = or_zero(held, p[2] - p[0]);
+      for (int i = 0; i < 3; ++i) q[i] = select(valid, rest[i], zero);
+      for (int i = 0; i < 2; ++i) k[i] = select(valid, rest[3 + i], zero);
+      const Vector3<S> e = or_zero(valid, p[1] - p[0]), g = or_zero(valid, p[2] - p[0]);
       const Vector3<S> f[2] = {e * q[0], e * q[1] + g * q[2]};
-      const Turned<S> at(f, held);
+      const Turned<S> at(f, valid);
       r[0] = at.r[0], r[1] = at.r[1];
       const S S11 = dot(r[0], f[0]), S12 = dot(r[0], f[1]), S22 = dot(r[1], f[1]), two_per_t = two * at.per_t;
       C[0] = k[0] * (S11 + S22 - two), C[1] = k[1] * (S11 - S22), C[2] = k[1] * (S12 + S12);

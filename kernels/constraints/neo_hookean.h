@@ -64,10 +64,11 @@ struct NeoHookean {
 
   /// C = sqrt(2 U / (mu V)): its gradient says which way the material pulls.
   template <class S, class Mask>
-  KERNEL static S evaluate(const Vector3<S> (&p)[4], const S* rest, const Mask& held, Vector3<S> (&grad)[4], S& scale) {
+  KERNEL static S evaluate(const Vector3<S> (&p)[4], const S* rest, const Mask& valid, Vector3<S> (&grad)[4],
+                           S& scale) {
     using R = typename RealOf<S>::type;
     const S one(R(1));
-    const auto whole = held & (rest[6] > S(R(0)));
+    const auto whole = valid & (rest[6] > S(R(0)));
     const Deformed<S> now(p, rest, whole);
     const S r = select(whole, rest[6], one);
     const S excess = (now.J - now.gamma(r)) / r;  // lambda/mu (J - gamma)
@@ -100,15 +101,15 @@ struct NeoHookean {
   /// not overshoot. P F^T is symmetric: angular momentum is kept.
   template <class S, class Mask>
   KERNEL static void step(const Vector3<S> (&p)[4], const Vector3<S> (&x)[4], const S (&w)[4], const S* rest,
-                          const Mask& held, S alpha, S taut, S (&sum)[2], Vector3<S> (&move)[4]) {
+                          const Mask& valid, S alpha, S max_start_step, S (&sum)[2], Vector3<S> (&move)[4]) {
     using R = typename RealOf<S>::type;
     const S zero(R(0)), one(R(1));
-    const Deformed<S> now(p, rest, held);
+    const Deformed<S> now(p, rest, valid);
     const S b = now.response(w);
-    const auto moves = held & (b > S(tiny<R>())) & (now.F2 > S(tiny<R>()));
+    const auto moves = valid & (b > S(tiny<R>())) & (now.F2 > S(tiny<R>()));
     const S own = alpha * S(R(6)) * now.q[0] * now.q[3] * now.q[5];
     const S per_k = one / select(moves, max(own, b * S(R(1.5))), one), part = b * per_k;
-    const S size = sqrt(now.F2), r = rest_or_zero(held, rest[6]);
+    const S size = sqrt(now.F2), r = rest_or_zero(valid, rest[6]);
     const S left_D = now.softening() - own * sum[0] / select(moves, size, one), met_H = own * sum[1];
     const S c2 = now.cofactor2();
     const S needed = now.gamma(r) - now.J + part * (S(R(3)) * now.J * left_D + met_H * c2);
@@ -117,15 +118,15 @@ struct NeoHookean {
     sum[0] = sum[0] + shrink * size, sum[1] = sum[1] + stretch;
     now.pull(stretch, shrink, move);
     Vector3<S> along[4], carried[4];
-    const Deformed<S> then(x, rest, held);
+    const Deformed<S> then(x, rest, valid);
     then.pull(stretch, shrink, along), then.pull(sum[1], sum[0] / select(moves, size, one), carried);
-    go_along(taut, far2_of(w, carried, x), w, along, move);
+    blend_with_start(max_start_step, relative_displacement2(w, carried, x), w, along, move);
   }
 
  private:
   template <class S, class Mask>
-  KERNEL static S rest_or_zero(const Mask& held, const S& a) {
-    return select(held, a, S(typename RealOf<S>::type(0)));
+  KERNEL static S rest_or_zero(const Mask& valid, const S& a) {
+    return select(valid, a, S(typename RealOf<S>::type(0)));
   }
 
   template <class S>
@@ -135,10 +136,11 @@ struct NeoHookean {
     S J, F2;                // det F, tr(F^T F)
 
     template <class Mask>
-    KERNEL Deformed(const Vector3<S> (&p)[4], const S* rest, const Mask& held) {
+    KERNEL Deformed(const Vector3<S> (&p)[4], const S* rest, const Mask& valid) {
       using R = typename RealOf<S>::type;
-      for (int k = 0; k < 6; ++k) q[k] = rest_or_zero(held, rest[k]);
-      const Vector3<S> a = or_zero(held, p[1] - p[0]), b = or_zero(held, p[2] - p[0]), d = or_zero(held, p[3] - p[0]);
+      for (int k = 0; k < 6; ++k) q[k] = rest_or_zero(valid, rest[k]);
+      const Vector3<S> a = or_zero(valid, p[1] - p[0]), b = or_zero(valid, p[2] - p[0]),
+                       d = or_zero(valid, p[3] - p[0]);
       f[0] = a * q[0], f[1] = a * q[1] + b * q[3], f[2] = a * q[2] + b * q[4] + d * q[5];
       F2 = dot(f[0], f[0]) + dot(f[1], f[1]) + dot(f[2], f[2]);
       // What is stretched beyond 10^4 counts as stretched so far: squares of det F stay in float's range.

@@ -75,20 +75,20 @@ struct MultiplyDense {
     for (int r = 0; r < 4; ++r)
       for (int k = 0; k < 3; ++k) {
         sum[r][k] = Sixteen::zero();
-        own[r][k] = Sixteen::all(x[first + kDenseRows * k + r]);
+        own[r][k] = Sixteen::broadcast(x[first + kDenseRows * k + r]);
       }
     for (int c = 0; c < b; ++c, values += 4 * kDenseRows, x += kDenseSides, y += kDenseSides) {
       prefetch(reinterpret_cast<const char*>(values) + kDenseAhead, 4 * kDenseRows * int(sizeof(V)));
       Sixteen s[4];
-      for (int r = 0; r < 4; ++r) s[r] = Sixteen::at(values + kDenseRows * r);
+      for (int r = 0; r < 4; ++r) s[r] = Sixteen::load_from(values + kDenseRows * r);
       for (int k = 0; k < 3; ++k) {
-        const Sixteen other = Sixteen::at(x + kDenseRows * k);
-        Sixteen column = Sixteen::at(y + kDenseRows * k);
+        const Sixteen other = Sixteen::load_from(x + kDenseRows * k);
+        Sixteen column = Sixteen::load_from(y + kDenseRows * k);
         for (int r = 0; r < 4; ++r) {
-          sum[r][k].add(s[r], other);
-          column.add(s[r], own[r][k]);
+          sum[r][k].add_product(s[r], other);
+          column.add_product(s[r], own[r][k]);
         }
-        column.put(y + kDenseRows * k);
+        column.store_to(y + kDenseRows * k);
       }
     }
     for (int k = 0; k < 3; ++k) {
@@ -102,10 +102,10 @@ struct MultiplyDense {
   KERNEL static void diagonal(const Group<Isa>&, const V* values, const T* x, T* y) {
     using Sixteen = Tile<T, Isa>;
     for (int k = 0; k < 3; ++k) {
-      Sixteen sum = Sixteen::at(y + kDenseRows * k);
+      Sixteen sum = Sixteen::load_from(y + kDenseRows * k);
       for (int r = 0; r < kDenseRows; ++r)
-        sum.add(Sixteen::at(values + kDenseRows * r), Sixteen::all(x[kDenseRows * k + r]));
-      sum.put(y + kDenseRows * k);
+        sum.add_product(Sixteen::load_from(values + kDenseRows * r), Sixteen::broadcast(x[kDenseRows * k + r]));
+      sum.store_to(y + kDenseRows * k);
     }
   }
 
@@ -151,26 +151,26 @@ struct MultiplyDense {
 };
 
 /// Right-hand sides of a block of rows.
-template <class V, class T, class Ends>
+template <class V, class T, class Io>
 struct GatherDense {
   DenseView<V, T> view;
-  Ends ends;
+  Io io;
   KERNEL void operator()(int b) const {
     T* x = view.x + static_cast<long long>(kDenseSides) * b;
     for (int r = 0; r < kDenseRows; ++r) {
       const int particle = view.particle[kDenseRows * b + r];
       const T scale = view.scale ? view.scale[kDenseRows * b + r] : T(1);
-      const Vec4<T> f = particle < 0 ? Vec4<T>{T(0), T(0), T(0), T(0)} : ends.template take<T>(particle);
+      const Vec4<T> f = particle < 0 ? Vec4<T>{T(0), T(0), T(0), T(0)} : io.template load_rhs<T>(particle);
       x[r] = f.x * scale, x[kDenseRows + r] = f.y * scale, x[2 * kDenseRows + r] = f.z * scale;
     }
   }
 };
 
 /// The chunks' sums of a block of rows, in their order, and out to the particles.
-template <class V, class T, class Ends>
+template <class V, class T, class Io>
 struct SumDense {
   DenseView<V, T> view;
-  Ends ends;
+  Io io;
   KERNEL void operator()(int b) const {
     const DenseRow row = view.rows[b];
     T sum[kDenseSides] = {};
@@ -182,8 +182,8 @@ struct SumDense {
       const int particle = view.particle[kDenseRows * b + r];
       const T scale = view.scale ? view.scale[kDenseRows * b + r] : T(1);
       if (particle >= 0)
-        ends.give(particle,
-                  Vec4<T>{sum[r] * scale, sum[kDenseRows + r] * scale, sum[2 * kDenseRows + r] * scale, T(0)});
+        io.store_solution(particle,
+                          Vec4<T>{sum[r] * scale, sum[kDenseRows + r] * scale, sum[2 * kDenseRows + r] * scale, T(0)});
     }
   }
 };

@@ -83,14 +83,14 @@ struct PanelProduct {
       for (int k = 0; k < count; ++k) {
         const T* at = from + 4 * (k * columns + j);
         if (far) prefetch(reinterpret_cast<const char*>(at) + kSparseAhead, 16 * int(sizeof(T)));
-        four[k] = Four::at(at);
+        four[k] = Four::load_from(at);
       }
       for_columns(last - j, [&]<int q>() KERNEL_LAMBDA {
-        const Four x = Four::repeat(own[j + q]);
-        for (int k = 0; k < count; ++k) sum[k].add(four[k].template spread<q>(), x);
+        const Four x = Four::repeat_row(own[j + q]);
+        for (int k = 0; k < count; ++k) sum[k].add_product(four[k].template splat_row<q>(), x);
       });
     }
-    for (int k = 0; k < count; ++k) sum[k].put(&out[4 * (b + k)].x);
+    for (int k = 0; k < count; ++k) sum[k].store_to(&out[4 * (b + k)].x);
   }
 };
 
@@ -119,13 +119,13 @@ struct TransposedProduct {
     Four sum[4 * fours];
     for (int k = 0; k < 4 * fours; ++k) sum[k] = Four::zero();
     for (int b = j / 4; b < blocks; ++b) {
-      const Four x = Four::at(&rows[4 * b].x);
+      const Four x = Four::load_from(&rows[4 * b].x);
       for (int f = 0; f < fours; ++f) {
         const T* from = values + 4 * (static_cast<long long>(b) * columns + j + 4 * f);
-        const Four four = Four::at(from);
+        const Four four = Four::load_from(from);
         if (far && columns > kSparseWide) prefetch(from + 8 * 4 * columns);  // eight blocks of rows on
         for_columns(f + 1 < fours ? 4 : count,
-                    [&]<int q>() KERNEL_LAMBDA { sum[4 * f + q].add(four.template spread<q>(), x); });
+                    [&]<int q>() KERNEL_LAMBDA { sum[4 * f + q].add_product(four.template splat_row<q>(), x); });
       }
     }
     for (int k = 0; k < 4 * (fours - 1) + count && k < 4 * fours; ++k) out[j + k] = sum[k].sum_of_rows();
@@ -182,29 +182,29 @@ KERNEL void backward_solve(const Group& group, const SparseView<T>& view, int be
 }
 
 /// L y = F over a task.
-template <class T, class Ends>
+template <class T, class Io>
 struct ForwardTask {
   using Shared = void;
   SparseView<T> view;
-  Ends ends;
+  Io io;
 
   template <class Group>
   KERNEL void operator()(const Group& group) const {
     const FilterTask& task = view.tasks[group.index];
     Vec4<T>* work = view.work + task.base;
     const int* particle = view.particle + task.base;
-    group.for_each(task.own, [&](int k) KERNEL_LAMBDA { work[k] = ends.template take<T>(particle[k]); });
+    group.for_each(task.own, [&](int k) KERNEL_LAMBDA { work[k] = io.template load_rhs<T>(particle[k]); });
     group.for_each(task.above, [&](int k) KERNEL_LAMBDA { work[task.own + k] = {T(0), T(0), T(0), T(0)}; });
     forward_solve(group, view, task.panel, task.panel + task.panels, work, static_cast<Vec4<T>*>(group.memory));
   }
 };
 
 /// L^T x = y over a task, from the top's x, and out to the particles.
-template <class T, class Ends>
+template <class T, class Io>
 struct BackwardTask {
   using Shared = void;
   SparseView<T> view;
-  Ends ends;
+  Io io;
 
   template <class Group>
   KERNEL void operator()(const Group& group) const {
@@ -213,7 +213,7 @@ struct BackwardTask {
     const Vec4<T>* top = view.work + view.tasks[view.top].base;
     group.for_each(task.above, [&](int k) KERNEL_LAMBDA { work[task.own + k] = top[view.above[task.list + k]]; });
     backward_solve(group, view, task.panel, task.panel + task.panels, work, static_cast<Vec4<T>*>(group.memory));
-    group.for_each(task.own, [&](int k) KERNEL_LAMBDA { ends.give(view.particle[task.base + k], work[k]); });
+    group.for_each(task.own, [&](int k) KERNEL_LAMBDA { io.store_solution(view.particle[task.base + k], work[k]); });
   }
 };
 
@@ -235,26 +235,26 @@ struct SolveRootSmall {
 };
 
 /// The top's right-hand sides: forces, and the tasks' contributions in their order. By place.
-template <class T, class Ends>
+template <class T, class Io>
 struct SumTop {
   SparseView<T> view;
-  Ends ends;
+  Io io;
   KERNEL void operator()(int k) const {
     const int at = view.tasks[view.top].base + k;
-    Vec4<T> sum = ends.template take<T>(view.particle[at]);
+    Vec4<T> sum = io.template load_rhs<T>(view.particle[at]);
     for (int s = view.sum[k]; s < view.sum[k + 1]; ++s) accumulate(sum, view.work[view.from[s]]);
     view.work[at] = sum;
   }
 };
 
 /// The top's part of the result, out to the particles. By place.
-template <class T, class Ends>
+template <class T, class Io>
 struct ScatterRoot {
   SparseView<T> view;
-  Ends ends;
+  Io io;
   KERNEL void operator()(int k) const {
     const int at = view.tasks[view.top].base + k;
-    ends.give(view.particle[at], view.work[at]);
+    io.store_solution(view.particle[at], view.work[at]);
   }
 };
 

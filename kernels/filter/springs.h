@@ -142,7 +142,8 @@ struct MissingForces {
   }
 };
 
-/// Sums the forces of packs of particles; `has_targets`: those of stencils, too, from rows that FindTargets has filled.
+/// Sums the forces of packs of particles; `has_targets`: those of stencils, too, from rows that ComputeTargets has
+/// filled.
 template <class R, class Forces, bool has_targets>
 struct SumForces {
   using Shared = void;

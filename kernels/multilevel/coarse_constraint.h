@@ -29,7 +29,7 @@ struct Correct<Coarse, Update::Stiff, R> {
       : least(set.lambda + slot), number(set.stiffness), first_iteration(first), from_start(set.from_start) {}
 
   template <class S>
-  KERNEL void operator()(Moving<S> (&q)[2], const RestOf<S, 1>& rest, int at) const {
+  KERNEL void operator()(PatchParticle<S> (&q)[2], const RestOf<S, 1>& rest, int at) const {
     Vector3<S> before = or_zero(rest.valid, q[0].x - q[1].x);
     const Vector3<S> now = before + or_zero(rest.valid, q[0].d - q[1].d);
     if (!from_start) before = now;
@@ -40,7 +40,7 @@ struct Correct<Coarse, Update::Stiff, R> {
     const S zero(R(0)), excess = length - max(low, select(length < most, length, most));
     // Along the way between them where the substep began, as all constraints (kernels/projection/project_constraint.h).
     const S cross = dot(now, before);
-    const auto small = (cross > zero) & (abs(excess) * length <= S(R(kSmall)) * cross);
+    const auto small = (cross > zero) & (abs(excess) * length <= S(R(kMaxStartCorrection)) * cross);
     const Vector3<S> along = either(small, before, now);
     const S sum = select(small, cross, length * length) * (q[0].w + q[1].w);
     const auto moves = sum > S(tiny<R>());

@@ -25,7 +25,7 @@ KERNEL void restrict_to(const Group& group, const RestrictionTarget<R>& target, 
                KERNEL_LAMBDA { scatter_points(to, target.place + run.to + k, mean); };
   };
   target.means.each(group, local, scatter(target.x));
-  target.means.each(group, local.ways(), scatter(target.d));
+  target.means.each(group, local.displacements(), scatter(target.d));
 }
 
 /// Where particles will be after dt if nothing but gravity moves them; null v: where they go.
@@ -45,7 +45,7 @@ struct PredictedParticles {
     const Vector3<R> origin = origins.x ? origins[segment.body] : Vector3<R>{R(0), R(0), R(0)};
     for_each_pack<R>(group, segment.count, [&]<class T>(int i, T) KERNEL_LAMBDA {
       const int at = segment.global + i;
-      Moving<T> q;
+      PatchParticle<T> q;
       load(w + at, q.w);
       q.x = origins.x ? load_start(p, at, origin, T()) : load_points<T>(p.x, at);
       if (predicts) {
@@ -54,7 +54,7 @@ struct PredictedParticles {
       } else {
         q.d = load_points<T>(p.d, at);
       }
-      local.fill(segment.local + i, q);
+      local.store_particle(segment.local + i, q);
     });
   }
 };

@@ -65,16 +65,16 @@ struct SolveCoarsePatch {
   KERNEL void load_segment(const Group& group, const Segment& segment, const Local& local) const {
     for_each_pack<R>(group, segment.count, [&]<class T>(int i, T) KERNEL_LAMBDA {
       const int at = segment.global + i;
-      Moving<T> q{load_points<T>(x, at), load_points<T>(arrival, at), T()};
+      PatchParticle<T> q{load_points<T>(x, at), load_points<T>(arrival, at), T()};
       load(w + at, q.w);
-      local.fill(segment.local + i, q);
+      local.store_particle(segment.local + i, q);
     });
   }
   template <class Group, class Local>
   KERNEL void go_on(const Group& group, const Segment& segment, const Local& local) const {
     if (!segment.movable) return;
     for_each_pack<R>(group, segment.count, [&]<class T>(int i, T) KERNEL_LAMBDA {
-      local.write(segment.local + i, load_points<T>(d, segment.global + i));
+      local.store_displacement(segment.local + i, load_points<T>(d, segment.global + i));
     });
   }
 
@@ -82,7 +82,7 @@ struct SolveCoarsePatch {
   KERNEL void store_correction(const Group& group, const Segment& segment, const Local& local) const {
     const bool last = backward && segment.last_solve;
     for_each_pack<R>(group, segment.count, [&]<class T>(int i, T) KERNEL_LAMBDA {
-      const Vector3<T> way = local.template way<T>(segment.local + i);
+      const Vector3<T> way = local.template load_displacement<T>(segment.local + i);
       const int at = segment.global + i;
       if (last && delta_rows.of)
         scatter_points(delta_rows, rank + at, way - load_points<T>(arrival, at));
@@ -117,7 +117,7 @@ struct SolveCoarsePatch {
 
   template <class Group, class Local>
   KERNEL void project(const Group& group, const Patch& patch, const Local& local, Way way) const {
-    R* least = static_cast<R*>(group.memory) + size_t(kLocalNumbers) * patch.slots;
+    R* least = static_cast<R*>(group.memory) + size_t(kNumbersPerParticle) * patch.slots;
     group.call_outlined(patch.batch, patch.batch + patch.batches,
                         ProjectBatches<Group, Local>{group, local, this, least, way, &patch});
   }

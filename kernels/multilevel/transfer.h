@@ -79,8 +79,8 @@ struct ProlongationView {
 /// Adds to the ways of a patch's particles what they follow; `to` is a place in its memory.
 template <class R, class Group, class Local>
 KERNEL void prolongate(const Group& group, const ProlongationView<R>& prolongation, const Local& local) {
-  prolongation.each(group,
-                    [&](const MeanRun& run, int k, const auto& mean) KERNEL_LAMBDA { local.add(run.to + k, mean); });
+  prolongation.each(group, [&](const MeanRun& run, int k, const auto& mean)
+                               KERNEL_LAMBDA { local.add_displacement(run.to + k, mean); });
 }
 
 /// The same where particles are in their arrays.

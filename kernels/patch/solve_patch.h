@@ -18,7 +18,7 @@
 namespace malha {
 
 template <class Kind>
-inline constexpr int kNumber = number_of<Kind>(ConstraintKinds{});
+inline constexpr int kKindIndex = kind_index<Kind>(ConstraintKinds{});
 
 template <class R>
 struct SolvePatch {
@@ -147,18 +147,18 @@ struct SolvePatch {
     const Vector3<R> origin = particles.x[segment.origin];
     for_each_pack<R>(group, segment.count, [&]<class T>(int i, T) KERNEL_LAMBDA {
       const int at = segment.global + i;
-      Moving<T> q;
+      PatchParticle<T> q;
       load(particles.w + at, q.w);
       q.x = load_start(particles.p, at, origin, T());
       q.d = predict ? velocity(at, q.w) * T(dt) : load_points<T>(particles.p.d, at);
-      local.fill(segment.local + i, q);
+      local.store_particle(segment.local + i, q);
     });
   }
 
   template <class Group, class Local>
   KERNEL void store_segment(const Group& group, const Segment& segment, const Local& local) const {
     for_each_pack<R>(group, segment.count, [&]<class T>(int i, T) KERNEL_LAMBDA {
-      store_points(particles.p.d, segment.global + i, local.template way<T>(segment.local + i));
+      store_points(particles.p.d, segment.global + i, local.template load_displacement<T>(segment.local + i));
     });
   }
 
@@ -203,7 +203,7 @@ struct SolvePatch {
   };
   template <class T, class Local>
   KERNEL State<T> moved(const Segment& segment, int i, const Local& local) const {
-    const Vector3<T> d = local.template way<T>(segment.local + i);
+    const Vector3<T> d = local.template load_displacement<T>(segment.local + i);
     const int at = segment.global + i;
     T w;
     load(particles.w + at, w);
@@ -255,17 +255,17 @@ struct SolvePatch {
                                 const Local& local) const {
     const SetView<R>& set = sets[batches[patch.batch + begin].set];
     for_each_constraint([&]<class Kind>(Kind) KERNEL_LAMBDA {
-      if (set.kind != kNumber<Kind>) return;
+      if (set.kind != kKindIndex<Kind>) return;
       const auto by = [&]<class Updated>(Updated) KERNEL_LAMBDA {
         if (set.update == Updated::value)
           group.call_outlined(begin, end,
                               ProjectSet<Kind, Updated::value, Group, Local>{this, group, &patch, local, &set,
                                                                              forward ? -1 : begin + end - 1});
       };
-      if constexpr (Kind::strength.free) by(By<Update::Stiff>()), by(By<Update::Compliant>());
+      if constexpr (Kind::strength.accepts_stiffness) by(By<Update::Stiff>()), by(By<Update::Compliant>());
       if constexpr (takes_material<Kind>())
         by(By<Update::Material>());
-      else if constexpr (!Kind::strength.free)
+      else if constexpr (!Kind::strength.accepts_stiffness)
         by(By<Update::Compliant>());
     });
   }

@@ -67,15 +67,14 @@ instantiate<MeasureVolume<double[3]>, MeasureEnergy<NeoHookean, double[3]>, Meas
 
 template <class R>
 void instantiate_filters() {
-  using Ends = FilterIo<R>;
+  using Io = FilterIo<R>;
   instantiate_groups<SumForces<R, ExplicitForces<R>, false>, SumForces<R, MissingForces<R>, true>>();
-  instantiate<FindTargets<R, Plate::Stencil, Plate::particles>, FindTargets<R, IsometricBending::Stencil, 4>>();
-  instantiate_groups<ForwardTask<R, Ends>, ForwardTop<R>, BackwardTop<R>, SolveRootSmall<R, true>,
-                     SolveRootSmall<R, false>, BackwardTask<R, Ends>>();
-  instantiate_groups<Pieces<SumTop<R, Ends>>, Pieces<ScatterRoot<R, Ends>>, Pieces<GatherTop<R>>,
-                     Pieces<StoreRoot<R>>>();
+  instantiate<ComputeTargets<R, Plate::Stencil, Plate::particles>, ComputeTargets<R, IsometricBending::Stencil, 4>>();
+  instantiate_groups<ForwardTask<R, Io>, ForwardTop<R>, BackwardTop<R>, SolveRootSmall<R, true>,
+                     SolveRootSmall<R, false>, BackwardTask<R, Io>>();
+  instantiate_groups<Pieces<SumTop<R, Io>>, Pieces<ScatterRoot<R, Io>>, Pieces<GatherTop<R>>, Pieces<StoreRoot<R>>>();
   instantiate_groups<MultiplyDense<R, R>, MultiplyDense<short, R>>();
-  instantiate<GatherDense<R, R, Ends>, SumDense<short, R, Ends>, EliminateFront<R, NativeIsa>>();
+  instantiate<GatherDense<R, R, Io>, SumDense<short, R, Io>, EliminateFront<R, NativeIsa>>();
   instantiate<SpringRows<R>, FilteredRows<R>, FilteredMotion<R>, RemoveRigid<R>, RemoveAsPublished<R>>();
   instantiate<MeasureExcess<R, Points<R>>, MeasureExcess<R, Displaced<R>>, MeasureSpring<double[3], int[2]>>();
 }
@@ -98,8 +97,8 @@ void instantiate_all() {
               SumAlongPressure<R>, PutPressure<R>, ApplyFilteredPressure<R>, ApplyPressure<R>>();
   instantiate<ReduceRun<Largest, MeasureBeyondReach<R>>, LimitReach<R>, FacesInAir<R>, BlowOnParticles<R>,
               MeasureSpeed<R>, MeasureBounds<R>, Still<R>>();
-  instantiate<Place<R>, Arrive<R>, SetInverseMass<R>, Attach<R>, MeasureAttachment<R>, GatherOwn<R, Points<R>>,
-              GatherOwn<R, Displaced<R>>, ScatterOwn<R>>();
+  instantiate<Place<R>, Arrive<R>, SetInverseMass<R>, Attach<R>, MeasureAttachment<R>,
+              GatherUserParticles<R, Points<R>>, GatherUserParticles<R, Displaced<R>>, ScatterUserParticles<R>>();
   instantiate<ResolveContact<R>, ApplyRestitution<R>, CountContact<R>, InvalidateContacts<R>>();
   instantiate<BoxParticles<R>, SumMotion<R>, OwnMotion<R>, StartSearch<R>, CountMeetings<R>>();
   instantiate<EstimateMassShares<R>, SplitMasses<R>, SolveContactsJacobi<R, ObjectFriction<R>>,

@@ -107,7 +107,7 @@ class ScalarSweep {
     // From the first particle's places.
     for (int j = n - 1; j >= 0; --j) x[j] = x[j] - x[0], p[j] = x[j] + (d[j] - d[0]);
     const R* const rest = &rest_[s][c * Kind::numbers];
-    const R taut = R(taut_of(set.pressed, model_.scene.solver.iterations));
+    const R max_start_step = R(max_start_step_of(set.pressed, model_.scene.solver.iterations));
     const R alpha = set.softness.empty() ? alpha_[s] : alpha_[s] * R(set.softness[c]);
     const auto go = [&](const Vector3<R>(&by)[n], R times) {
       for (int j = 0; j < n; ++j)
@@ -117,7 +117,7 @@ class ScalarSweep {
       constexpr int m = multipliers<Kind>();
       R sums[m];
       std::copy_n(&lambda_[s][m * c], m, sums);
-      Kind::step(p, x, w, rest, true, alpha, taut, sums, grad);
+      Kind::step(p, x, w, rest, true, alpha, max_start_step, sums, grad);
       std::copy(sums, sums + m, &lambda_[s][m * c]);
       return go(grad, R(1));
     }
@@ -131,8 +131,9 @@ class ScalarSweep {
     };
     R sum = product(grad, along);
     bool turned = false;
-    if constexpr (gradient_turns<Kind>())
-      turned = !(R(Kind::turns * Kind::turns) * product(grad, grad) * product(along, along) <= sum * sum);
+    if constexpr (limits_turn<Kind>())
+      turned = !(R(Kind::min_turn_cosine * Kind::min_turn_cosine) * product(grad, grad) * product(along, along) <=
+                 sum * sum);
     R& lambda = lambda_[s][c];  // of a stiffness nothing is kept
     const R wanted = set.compliance ? -C - scale * alpha * lambda : -C * k_[s];
     // As kernels/projection/direction.h: applied / per times `along`, of two particles without the size, which `along`
@@ -143,15 +144,15 @@ class ScalarSweep {
       applied = applied * scale_along + std::abs(lambda) * per, per = per * scale_along;
     }
     const R size2 = n == 2 ? R(1) : size2_of(x);
-    const R way2 = n == 2 ? R(0) : most_way2(w, along), most_w = std::max(w[0], w[1]);
-    const bool whole =
-        n == 2 ? applied * most_w <= taut * per : applied * applied * way2 <= taut * taut * size2 * per * per;
+    const R way2 = n == 2 ? R(0) : max_displacement2(w, along), most_w = std::max(w[0], w[1]);
+    const bool whole = n == 2 ? applied * most_w <= max_start_step * per
+                              : applied * applied * way2 <= max_start_step * max_start_step * size2 * per * per;
     if (turned || !(sum > R(0))) {
       sum = product(grad, grad), scale_along = scale;
       std::copy(grad, grad + n, along);
     } else if (!whole) {
       const R way = n == 2 ? applied * most_w : applied * std::sqrt(way2);
-      const R share = taut * per * std::sqrt(size2) / way, other = R(1) - share;
+      const R share = max_start_step * per * std::sqrt(size2) / way, other = R(1) - share;
       sum = sum * share + product(grad, grad) * other, scale_along = scale_along * share + scale * other;
       for (int j = 0; j < n; ++j) along[j] = along[j] * share + grad[j] * other;
     }
@@ -161,10 +162,10 @@ class ScalarSweep {
     const R rounding = 16 * std::numeric_limits<R>::epsilon();
     if (n > 2 && !(sum > rounding * rounding * heaviest * most2)) return;
     R against = set.compliance ? sum + alpha * scale * scale_along : sum;
-    if constexpr (has_reach<Kind>()) {
+    if constexpr (has_max_step<Kind>()) {
       R way2 = 0;
       for (int j = 0; j < n; ++j) way2 = std::max(way2, w[j] * w[j] * dot(along[j], along[j]));
-      against = std::max(against, std::abs(wanted) * (std::sqrt(way2) * rest[Kind::per_reach]));
+      against = std::max(against, std::abs(wanted) * (std::sqrt(way2) * rest[Kind::per_max_step]));
     }
     R dlambda = wanted / against;
     if (Kind::inequality) dlambda = std::max(dlambda, set.compliance ? -lambda / scale_along : R(0));
@@ -279,7 +280,7 @@ Model sheet_model(std::optional<double> compliance, bool with_wings = true) {
     if (facts_of(Kind::element).solid || (facts_of(Kind::element).weighed && !with_wings)) return;
     ConstraintSpec spec = constraint(Kind::name, Kind::parameter.default_value);
     if (Kind::element == Element::Edges) spec.elements = {"edges", "shear"};
-    if constexpr (Kind::strength.free)
+    if constexpr (Kind::strength.accepts_stiffness)
       spec.stiffness = compliance ? 1 : 0.8, spec.compliance = compliance;
     else
       modulus_of(spec, Kind::strength.modulus) = 1e-4;

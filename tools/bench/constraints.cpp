@@ -94,8 +94,8 @@ void add_kind(std::vector<Line>& lines, int particles) {
     if (Kind::element == Element::Hinges) scene.gravity = {0, 0, 0};  // hold nothing together: a sheet at rest
     lines.push_back({Kind::name + way, element.one, std::move(scene), Pass::FusedSolve, constraints_of});
   };
-  if (strength.free) add(false, "");
-  if (strength.modulus) add(true, strength.free ? std::string(", ") + strength.modulus : "");
+  if (strength.accepts_stiffness) add(false, "");
+  if (strength.modulus) add(true, strength.accepts_stiffness ? std::string(", ") + strength.modulus : "");
 }
 
 std::vector<Line> plan(int particles) {

@@ -114,7 +114,7 @@ Section impact_failure(Cells& cells, Json& rows) {
       formatted("What guards: one projection of bending moves no particle farther than %.2g of the smaller height of "
                 "its hinge at rest, because a straight step is the way of an angle only so far; what is left over is "
                 "taken in the next. Lengths are met along their own line and need no bound.",
-                kReach)};
+                kMaxStep)};
   return section;
 }
 
