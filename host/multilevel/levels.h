@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The levels of a model in the executor's memory, and their part of a substep: between prediction and the finest sweep.
+// The coarser levels of a model in the executor's memory, and their part of a substep, between prediction and the
+// finest sweep.
 #pragma once
 #include <chrono>
 #include <deque>
@@ -16,9 +17,9 @@ namespace malha {
 template <class Executor, class R>
 class Levels {
  public:
-  /// `finest`: of the model. `fused`: the coarse correction is applied inside the patch solve (see down()), otherwise
-  /// in a pass before it. `islands`: the first particle of each connected body. `interactive`: then either may be asked
-  /// for.
+  /// `finest`: the sweep of the model. `fused`: the coarse correction is applied inside the patch solve (see
+  /// prolongation()), otherwise in a pass before it. `islands`: the first particle of each connected body.
+  /// `interactive`: both forms are prepared.
   Levels(const Executor& executor, const std::vector<Level>& levels, const Sweep<Executor, R>& finest, int threads,
          bool fused, const std::vector<int>& islands, bool interactive = false)
       : islands_(islands), origins_(islands.size()) {
@@ -43,32 +44,32 @@ class Levels {
           TransferOperator(plan_means(levels.front().down, goals_in_order(levels.front().down, kPiece)));
   }
 
-  /// What a finest visit that predicts adds.
+  /// The coarse correction that a predicting solve of the finest level adds.
   ProlongationView<R> prolongation() const { return of(prolongation_, levels_.front()); }
-  /// Where the last finest visits leave what the next prediction will be.
+  /// Where the last solves of the finest level restrict the next prediction to.
   RestrictionTarget<R> restriction() const {
     RestrictionTarget<R> target = target_of(levels_.front());
     target.origins = origins_.points();
     return target;
   }
 
-  /// Before a step: rounding is to be small beside bodies, wherever they are.
+  /// Sets the origins of bodies for a step, so that rounding is relative to the size of bodies, wherever they are.
   void take_origins(const Executor& executor, const Points<R>& x) const {
     parallel_for(executor, static_cast<int>(islands_.size()), TakeOrigins<R>{x, islands_.data(), origins_.points()});
   }
-  /// The finest level arrives, where a visit that predicts will take its particles: `finest` knows their patches.
+  /// Restricts the positions that a predicting solve will compute to the finest of these levels.
   template <class Team>
   void restrict_prediction(const Team& team, const Sweep<Executor, R>& finest, const SolvePatch<R>& solve) const {
     const Particles<R>& all = solve.particles;
     restrict_to(team, finest, {all.p, all.v, all.w, origins_.points(), solve.dt, solve.gravity}, levels_.front());
   }
-  /// The same after visits that left it.
+  /// Adds the partial sums after solves that restricted.
   template <class Team>
   void join_parts(const Team& team) const {
     join_parts(team, levels_.front());
   }
 
-  /// After the finest level has arrived: the coarser ones, and all sweeps, from the coarsest on.
+  /// Restricts to the coarser levels, and sweeps all levels, the coarsest first.
   template <class Team>
   void sweep(const Team& team) const {
     LapTimer lap(is_leader(team) ? &seconds_ : nullptr);
@@ -93,16 +94,16 @@ class Levels {
       lap(l);
     }
   }
-  /// That sweep() took for each level.
+  /// Time that sweep() took for each level, s.
   const std::vector<double>& seconds_of_each() const { return seconds_; }
 
-  /// Predicted particles p, which then follow.
+  /// Restricts predicted particles p, sweeps the levels, and adds the correction to p.
   template <class Team>
   void apply_coarse_correction(const Team& team, const Sweep<Executor, R>& finest, const Particles<R>& all) const {
     restrict_to(team, finest, {all.p, {}, all.w, origins_.points(), R(0), {}}, levels_.front());
     sweep(team);
-    const TransferOperator& laid = unfused_prolongation_.bytes() > 0 ? unfused_prolongation_ : prolongation_;
-    parallel_groups(team, 0, laid.pieces(), {}, Prolongate<R>{of(laid, levels_.front()), all.p.d});
+    const TransferOperator& transfer = unfused_prolongation_.bytes() > 0 ? unfused_prolongation_ : prolongation_;
+    parallel_groups(team, 0, transfer.pieces(), {}, Prolongate<R>{of(transfer, levels_.front()), all.p.d});
   }
 
   std::vector<LevelStats> facts() const {
@@ -124,7 +125,7 @@ class Levels {
  private:
   static constexpr int kPiece = 512;  // means
 
-  /// Adds up what each level takes, on the thread that leads.
+  /// Adds up the time of each level, on the leading thread.
   class LapTimer {
    public:
     explicit LapTimer(std::vector<double>* seconds) : seconds_(seconds) {
@@ -141,7 +142,7 @@ class Levels {
     std::chrono::steady_clock::time_point start_;
   };
 
-  /// Means laid out.
+  /// Restriction or prolongation in the executor's memory.
   struct TransferOperator {
     Array<Executor, int> begin;
     Array<Executor, MeanRun> runs;
@@ -159,13 +160,13 @@ class Levels {
 
   struct LevelData {
     Sweep<Executor, R, KindList<Coarse>> sweep;
-    PointArray<Executor, R> x, arrival;  // and parts of means
+    PointArray<Executor, R> x, arrival;  // and partial sums behind the particles
     PointArray<Executor, R> d;
     PointArray<Executor, R> delta;
-    ScatteredArray<Executor, R> delta_rows;  // one of the two
+    ScatteredArray<Executor, R> delta_rows;  // only one of delta and delta_rows is used
     Array<Executor, R> w;
     Array<Executor, int> place, rank;            // of each mean; of each particle
-    TransferOperator restriction, prolongation;  // down: from the next coarser level
+    TransferOperator restriction, prolongation;  // prolongation: from the next coarser level
     Array<Executor, int> joined, parts;
     bool columns;
 
@@ -230,7 +231,7 @@ class Levels {
   std::deque<LevelData> levels_;
   mutable std::vector<double> seconds_;  // of each
   TransferOperator prolongation_,
-      unfused_prolongation_;  // unfused_prolongation_: what follows before the visits, where prolongation_ is of those
+      unfused_prolongation_;  // fused into patch solves; in a pass of its own
 };
 
 }  // namespace malha

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The particles of a level arrive: they are the mass centres of finer ones, patch by patch of these.
+// Restriction: positions and displacements of a level's particles, which are mass centres of finer particles, computed
+// by the patches of the finer level.
 #pragma once
 #include "kernels/forces/motion.h"
 #include "kernels/multilevel/transfer.h"
@@ -7,17 +8,17 @@
 
 namespace malha {
 
-/// Where means of a patch's particles go: `means` are of places in the patch's memory. Of a mean of several patches
-/// each leaves its part; SumPartialRestrictions joins them.
+/// Destination of a restriction. The terms of `means` index the memory of a patch. If the finer particles of a coarse
+/// one lie in several patches, each of them stores a partial sum, and SumPartialRestrictions adds those.
 template <class R>
 struct RestrictionTarget {
   MeansView<R> means;
   const int* place;
-  Points<R> x, d;     // where the substep begins, from the origin of their body, and the way from there
-  Points<R> origins;  // of bodies; null: what goes up is from there already
+  Points<R> x, d;     // position at the start of the substep relative to the body's origin, and displacement
+  Points<R> origins;  // of bodies; null: the finer positions are relative to them already
 };
 
-/// From the patch's memory.
+/// Restricts the particles in a patch's memory.
 template <class R, class Group, class Local>
 KERNEL void restrict_to(const Group& group, const RestrictionTarget<R>& target, const Local& local) {
   const auto scatter = [&](const Points<R>& to) KERNEL_LAMBDA {
@@ -28,7 +29,7 @@ KERNEL void restrict_to(const Group& group, const RestrictionTarget<R>& target, 
   target.means.each(group, local.displacements(), scatter(target.d));
 }
 
-/// Where particles will be after dt if nothing but gravity moves them; null v: where they go.
+/// Particles after dt if only gravity acts on them; with null v, at their current positions.
 template <class R>
 struct PredictedParticles {
   Displaced<R> p;
@@ -38,7 +39,7 @@ struct PredictedParticles {
   R dt;                // s
   Vector3<R> gravity;  // m/s^2
 
-  /// Those of a segment, into the patch's memory.
+  /// Loads those of a segment into the patch's memory.
   template <class Group, class Local>
   KERNEL void load_segment(const Group& group, const Segment& segment, const Local& local) const {
     const bool predicts = v.x && segment.movable;
@@ -59,7 +60,7 @@ struct PredictedParticles {
   }
 };
 
-/// One visit to a patch of the finer particles.
+/// Restricts the particles of one patch of the finer level.
 template <class R>
 struct Restrict {
   using Shared = void;
@@ -87,7 +88,7 @@ struct Restrict {
   }
 };
 
-/// x[at[k]] += the parts begin[k] .. begin[k + 1] - 1, and d likewise.
+/// x[at[k]] += the partial sums begin[k] .. begin[k + 1] - 1, and d likewise.
 template <class R>
 struct SumPartialRestrictions {
   const int *at, *begin;

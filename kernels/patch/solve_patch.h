@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Solves one patch: its particles are loaded into fast memory, its batches are projected there, and the particles are
-// stored. Where nothing else happens between prediction and update, the visits do those too, and the ways of particles
-// that no other patch visits never leave the fast memory.
+// Solves one patch: loads its particles into fast memory, projects its batches there, and stores the particles. Where
+// no other pass lies between prediction and update, the solve does both as well, and displacements of particles that no
+// other patch shares never leave the fast memory.
 //
-// An iteration is a sweep over all constraints there and back, with the multipliers carried over the turn. A sweep one
-// way adds energy to what nothing damps, whatever the order; one that reads the same backwards does not (METHODS,
-// section 8), nor do two such, one after the other. So all phases but the last are visited there and back, with the
-// turn in the last of these, and then those of the last phase, with a turn of their own: with one or two phases every
-// patch is visited once.
+// An iteration is a symmetric Gauss-Seidel sweep: forward and backward over all constraints, keeping the multipliers. A
+// forward sweep alone is not symmetric and adds energy to undamped motion, whatever the order; a symmetric one does
+// not, nor do two, one after the other. So all phases but the last are swept forward and backward, with both sweeps of
+// the last of them in one solve, and then the last phase, whose solves do both sweeps too: with one or two phases every
+// patch is solved once.
 #pragma once
 #include "kernels/constraints/constraint_registry.h"
 #include "kernels/environment/broad_phase.h"
@@ -30,18 +30,17 @@ struct SolvePatch {
   Particles<R> particles;
   R dt, per_dt;            // s, 1/s
   Vector3<R> gravity;      // m/s^2
-  bool predicts;           // the first visit to a particle predicts it
+  bool predicts;           // the first solve of a particle predicts it
   bool updates;            // the last one updates its state
   bool first_iteration;    // first iteration of a substep
-  bool forward, backward;  // which ways it goes
-  bool prefetches;         // the particles do not fit in a core's caches: those of the next patch are asked for early
-  int substep;             // 1 ..
-  RestrictionTarget<R> restriction;  // means of the next prediction, for the coarser level: the last visits leave them
-  ProlongationView<R>
-      prolongation;  // what particles follow on the coarser level, patch by patch: added where they are predicted
-  int* non_finite;   // of each patch: the first substep that left a particle without a finite position, or 0
-  R max_speed2;      // m^2/s^2, where speeds are watched
-  int* too_fast;     // of each patch: the last substep that left a particle that is faster; null: nobody asks
+  bool forward, backward;  // which sweeps this solve does
+  bool prefetches;         // the particles do not fit in a core's caches: those of the next patch are prefetched
+  int substep;             // from 1 on
+  RestrictionTarget<R> restriction;  // of the next prediction to the coarser level, by the last solves
+  ProlongationView<R> prolongation;  // coarse correction, patch by patch: added to predicted particles
+  int* non_finite;  // of each patch: the first substep that left a particle without a finite position, or 0
+  R max_speed2;     // m^2/s^2, where speeds are limited
+  int* too_fast;    // of each patch: the last substep that left a particle above that; null: speeds are not checked
 
   template <class Group>
   KERNEL void operator()(const Group& group) const {
@@ -77,11 +76,11 @@ struct SolvePatch {
         store_segment(group, segments[s], local);
     }
     if (updates && backward && restriction.means.begin) restrict_prediction(group, patch, local);
-    if (updates && backward && too_fast) watch_speed(group, patch);
+    if (updates && backward && too_fast) check_speed(group, patch);
   }
 
   template <class Group>
-  KERNEL void watch_speed(const Group& group, const Patch& patch) const {
+  KERNEL void check_speed(const Group& group, const Patch& patch) const {
     PackMax<R, typename Group::Isa> speed2(R(0));
     for (int s = patch.segment; s < patch.segment + patch.segments; ++s) {
       const Segment& segment = segments[s];
@@ -103,11 +102,11 @@ struct SolvePatch {
   }
 
   KERNEL int set_of(const Patch& patch, int b) const { return batches[patch.batch + b].set; }
-  /// Whether a visit predicts them.
+  /// Whether this solve predicts the particles of a segment.
   KERNEL bool predicted_here(const Segment& segment) const { return predicts && forward && segment.first_solve; }
 
-  /// The `part` of `parts` of a patch's particles and constraints: memory is to be as busy as the arithmetic, not
-  /// before it or after it.
+  /// Prefetches the `part` of `parts` of a patch's particles and constraints, so that memory transfers are spread over
+  /// the arithmetic.
   KERNEL void prefetch_patch(const Patch& patch, int part, int parts) const {
     for (int s = patch.segments * part / parts; s < patch.segments * (part + 1) / parts; ++s)
       prefetch_patch(segments[patch.segment + s]);
@@ -170,23 +169,23 @@ struct SolvePatch {
     if (lanes == 1 || segment.count < lanes) {
       R zero = R(0);
       group.for_each(segment.count, [&](int i) KERNEL_LAMBDA {
-        const State<R> state = moved<R>(segment, i, local);
+        const State<R> state = new_state<R>(segment, i, local);
         zero = zero + zero_if_finite(state.x);
-        keep(segment, i, state);
+        store_state(segment, i, state);
       });
       if (!(zero == R(0))) mark_non_finite(group);
       return;
     }
-    // A last part of a pack is covered by a whole one; what that one reads, it reads before it is overwritten.
+    // The remainder is covered by a whole pack that overlaps the last one, and that is loaded before that is stored.
     const int packs = segment.count / lanes, rest = segment.count - lanes;
-    const State<S> last = moved<S>(segment, rest, local);
+    const State<S> last = new_state<S>(segment, rest, local);
     S zero = zero_if_finite(last.x);
     group.for_each(packs, [&](int pack) KERNEL_LAMBDA {
-      const State<S> state = moved<S>(segment, pack * lanes, local);
+      const State<S> state = new_state<S>(segment, pack * lanes, local);
       zero = zero + zero_if_finite(state.x);
-      keep(segment, pack * lanes, state);
+      store_state(segment, pack * lanes, state);
     });
-    if (packs * lanes < segment.count) keep(segment, rest, last);
+    if (packs * lanes < segment.count) store_state(segment, rest, last);
     R sum = R(0);
     for (int i = 0; i < lanes; ++i) sum += lane(zero, i);
     if (!(sum == R(0))) mark_non_finite(group);
@@ -202,7 +201,7 @@ struct SolvePatch {
     Vector3<T> x, low, v;
   };
   template <class T, class Local>
-  KERNEL State<T> moved(const Segment& segment, int i, const Local& local) const {
+  KERNEL State<T> new_state(const Segment& segment, int i, const Local& local) const {
     const Vector3<T> d = local.template load_displacement<T>(segment.local + i);
     const int at = segment.global + i;
     T w;
@@ -210,8 +209,8 @@ struct SolvePatch {
     const Vector3<T> x = load_points<T>(particles.x, at);
     State<T> state;
     if constexpr (kCompensated<R>) {
-      const Vector3<T> whole = d + load_points<T>(particles.p.low, at);
-      state.x = x + whole, state.low = rounding_error(x, whole, state.x);
+      const Vector3<T> offset = d + load_points<T>(particles.p.low, at);
+      state.x = x + offset, state.low = rounding_error(x, offset, state.x);
     } else {
       state.x = x + d;
     }
@@ -219,14 +218,14 @@ struct SolvePatch {
     return state;
   }
   template <class T>
-  KERNEL void keep(const Segment& segment, int i, const State<T>& state) const {
+  KERNEL void store_state(const Segment& segment, int i, const State<T>& state) const {
     const int at = segment.global + i;
     store_points(particles.x, at, state.x), store_points(particles.v, at, state.v);
     if constexpr (kCompensated<R>) store_points(particles.p.low, at, state.low);
   }
 
-  /// The batches begin .. end - 1 of a patch, all of one set, or the same in the other order: on their own, as they
-  /// need all registers.
+  /// Projects the batches begin .. end - 1 of a patch, all of one set, in either order. It is compiled as a function of
+  /// its own because it needs all registers.
   template <class Kind, Update update, class Group, class Local>
   struct ProjectSet {
     const SolvePatch* solve;
@@ -234,7 +233,7 @@ struct SolvePatch {
     const Patch* patch;
     Local local;
     const SetView<R>* set;
-    int last;  // of the batches where they are taken back; there: below 0
+    int last;  // last batch of a backward sweep; below 0: forward
     KERNEL void operator()(int b) const {
       const bool forward = last < 0;
       if (solve->prefetches && group.next >= 0 && (forward || !solve->forward))
@@ -249,7 +248,7 @@ struct SolvePatch {
     static constexpr Update value = update;
   };
 
-  /// With the updates that a kind can have, and no others: each is code of its own.
+  /// Instantiates only the updates that a kind can have.
   template <class Group, class Local>
   KERNEL_APART void project_set(const Group& group, const Patch& patch, int begin, int end, bool forward,
                                 const Local& local) const {
@@ -271,11 +270,11 @@ struct SolvePatch {
   }
 };
 
-/// Of a patch: whether it has a particle that is asked about.
+/// Marks the patches that have an active particle.
 struct MarkDeferredPatches {
   const Patch* patches;
   const Segment* segments;
-  ActiveMask questions;
+  ActiveMask active;
   bool* deferred;
   KERNEL void operator()(int k) const {
     const Patch& patch = patches[k];
@@ -286,18 +285,18 @@ struct MarkDeferredPatches {
         const int last =
             end < (i / kGroupSize + 1) * kGroupSize ? end - 1 : i / kGroupSize * kGroupSize + kGroupSize - 1;
         const unsigned long long own = ~0ull >> (kGroupSize - 1 - (last - i)) << i % kGroupSize;
-        any = questions.asked(i / kGroupSize) & own;
+        any = active.asked(i / kGroupSize) & own;
       }
     }
     deferred[k] = any;
   }
 };
 
-/// Those that wait, or those that do not.
+/// Solves only the marked patches, or only the others.
 template <class R>
 struct MaskedSolvePatch : SolvePatch<R> {
   const bool* deferred;
-  bool solves_deferred;
+  bool solves_deferred;  // the marked ones
   template <class Group>
   KERNEL void operator()(const Group& group) const {
     if (deferred[group.index] == solves_deferred) SolvePatch<R>::operator()(group);
