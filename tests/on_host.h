@@ -6,6 +6,6 @@
 namespace malha {
 
 /// Elsewhere passes are not timed, and a device's launches are others.
-inline bool scenes_run_on_host() { return make_elsewhere == nullptr; }
+inline bool scenes_run_on_host() { return make_solver_hook == nullptr; }
 
 }  // namespace malha

@@ -56,7 +56,7 @@ struct Memory {
   static bool has(const T* from, std::size_t count, const T& value) {
     return std::find(from, from + count, value) != from + count;
   }
-  static constexpr bool kOfTheHost = true;  // which may write there without a copy
+  static constexpr bool kOnHost = true;  // which may write there without a copy
 };
 
 /// A fixed number of plain T in the executor's memory; empty arrays allocate nothing.
@@ -119,12 +119,12 @@ class FilledArray {
  public:
   FilledArray() = default;
   FilledArray(std::size_t size, const T& value) : array_(size, value) {
-    if (!Memory<Executor>::kOfTheHost) own_.assign(size, value);
+    if (!Memory<Executor>::kOnHost) own_.assign(size, value);
   }
-  T* to_fill() { return Memory<Executor>::kOfTheHost ? array_.data() : own_.data(); }
-  const T* filled() const { return Memory<Executor>::kOfTheHost ? array_.data() : own_.data(); }
+  T* to_fill() { return Memory<Executor>::kOnHost ? array_.data() : own_.data(); }
+  const T* filled() const { return Memory<Executor>::kOnHost ? array_.data() : own_.data(); }
   void send() {
-    if (!Memory<Executor>::kOfTheHost) array_.upload(own_), own_ = {};
+    if (!Memory<Executor>::kOnHost) array_.upload(own_), own_ = {};
   }
   T* data() const { return array_.data(); }
   std::size_t bytes() const { return array_.bytes(); }

@@ -23,7 +23,7 @@ HOST_KERNEL void for_each_of_word(const unsigned long long* bits, int word, cons
 /// are named by `pressed`.
 template <class R>
 struct PutBeforeMeshes : EnvironmentView<R> {
-  using AsksTheHost = void;
+  using RunsOnHost = void;
   const unsigned long long* bits;
   unsigned long long* pressed;
   template <class Group>
@@ -160,7 +160,7 @@ struct FindBounced {
 /// What a bounce carries back on its way ends where it would cross a mesh.
 template <class R>
 struct HoldBounce : EnvironmentView<R> {
-  using AsksTheHost = void;
+  using RunsOnHost = void;
   const unsigned long long* bits;
   template <class Group>
   HOST_KERNEL void operator()(const Group& group) const {

@@ -231,7 +231,7 @@ class EnvironmentCollider {
   }
 
  private:
-  static constexpr bool kOnHost = Memory<Executor>::kOfTheHost;
+  static constexpr bool kOnHost = Memory<Executor>::kOnHost;
   static constexpr int kGrain = 64;    // a query of a whole mesh costs about as much as a hundred plain updates
   static constexpr int kLooks = 1024;  // fewer take less time than a second thread, where cores are shared
   struct Obstacle {

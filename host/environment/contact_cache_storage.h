@@ -42,7 +42,7 @@ class NearMemory {
   }
 
   /// How many may be filled: on a device at most so many, as nobody waits for the number.
-  int slots() const { return Memory<Executor>::kOfTheHost ? slots_handed().used : most_; }
+  int slots() const { return Memory<Executor>::kOnHost ? slots_handed().used : most_; }
 
   /// Room for so many more slots and places of words, and for not many more than are used: free ones are taken out.
   void reserve_slots(const Executor& executor, int slots, int places) {
@@ -182,14 +182,14 @@ class NearMemory {
 
   /// A device looks at all slots that may be filled.
   void empty_from([[maybe_unused]] std::size_t slot) {
-    if constexpr (!Memory<Executor>::kOfTheHost) {
+    if constexpr (!Memory<Executor>::kOnHost) {
       Contact<R> none{};
       invalidate(none);
       Memory<Executor>::fill(contacts_.data() + slot, contacts_.size() - slot, none);
     }
   }
 
-  static constexpr int kSpareSlots = 32, kSparePlaces = Memory<Executor>::kOfTheHost ? 4 : 32;
+  static constexpr int kSpareSlots = 32, kSparePlaces = Memory<Executor>::kOnHost ? 4 : 32;
   std::size_t particles_;
   Array<Executor, WordBox> boxes_;
   Array<Executor, int> which_;             // of each word

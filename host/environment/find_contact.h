@@ -47,7 +47,7 @@ ContactQuery<R> look_at(const EnvironmentView<R>& in, int own) {
 /// their places and cells, then all their contacts: so that memory is waited for once.
 template <class R>
 struct FindContact : ContactQuery<R> {
-  using AsksTheHost = void;
+  using RunsOnHost = void;
   using Base = ContactQuery<R>;
   using Query = typename Base::Query;
   using Base::surface, Base::sides, Base::thickness, Base::before, Base::after, Base::particles, Base::nearby;
@@ -217,7 +217,7 @@ struct Deepest {
 /// one since it was last seen; and how deep it was where it was pressed through.
 template <class R>
 struct MeasureDepth {
-  using AsksTheHost = void;
+  using RunsOnHost = void;
   const Surface* surface;
   Sides sides;
   Pose pose;

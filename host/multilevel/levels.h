@@ -54,8 +54,8 @@ class Levels {
   }
 
   /// Sets the origins of bodies for a step, so that rounding is relative to the size of bodies, wherever they are.
-  void take_origins(const Executor& executor, const Points<R>& x) const {
-    parallel_for(executor, static_cast<int>(islands_.size()), TakeOrigins<R>{x, islands_.data(), origins_.points()});
+  void set_origins(const Executor& executor, const Points<R>& x) const {
+    parallel_for(executor, static_cast<int>(islands_.size()), SetOrigins<R>{x, islands_.data(), origins_.points()});
   }
   /// Restricts the positions that a predicting solve will compute to the finest of these levels.
   template <class Team>
@@ -229,9 +229,9 @@ class Levels {
   Array<Executor, int> islands_;
   PointArray<Executor, R> origins_;  // of each, in a step
   std::deque<LevelData> levels_;
-  mutable std::vector<double> seconds_;  // of each
-  TransferOperator prolongation_,
-      unfused_prolongation_;  // fused into patch solves; in a pass of its own
+  mutable std::vector<double> seconds_;    // of each
+  TransferOperator prolongation_;          // fused into patch solves, unless there is only this one
+  TransferOperator unfused_prolongation_;  // for a pass of its own; empty unless both are prepared
 };
 
 }  // namespace malha

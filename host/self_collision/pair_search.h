@@ -168,7 +168,7 @@ class PairSearch {
     units_.node = rows(counts[2 * kItemKinds]);
 
     patches_ = Array<Executor, PairPatch>(plan.units, PairPatch{});
-    if (!Memory<Executor>::kOfTheHost) {  // which lists particles where there is room for them alone
+    if (!Memory<Executor>::kOnHost) {  // which lists particles where there is room for them alone
       std::vector<PairPatch> patches(plan.units);
       for (PairPatch& patch : patches) patch.touches = kListed;
       make_room(patches);

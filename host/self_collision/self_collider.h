@@ -181,7 +181,7 @@ class SelfCollider {
   /// Where all are and, if they stay in their boxes, how many pairs are about to cross (ViolationCount). A device finds
   /// both before it is asked: pairs of what leaves its box are searched anew.
   std::pair<BoundsViolations, int> look_at_the_end() {
-    if constexpr (Memory<Executor>::kOfTheHost) {
+    if constexpr (Memory<Executor>::kOnHost) {
       const BoundsViolations stay = look_where_all_are(within_rounding<R>());
       return {stay, stay.outside == 0 ? count_violations(pushes_, nullptr) : 0};
     } else {

@@ -27,7 +27,7 @@ void require_cuda() {
   cudaFuncAttributes code;
   if (devices > 0 && cudaFuncGetAttributes(&code, fill_with<int>) != cudaSuccess)
     devices = 0, why = "this build has no code for the one that is there";
-  cudaGetLastError();  // which stays until it is asked for
+  cudaGetLastError();  // clears the error
   if (devices == 0)
     throw InputError("backend: found no CUDA device" + (why.empty() ? "" : " (" + why + ")") +
                      "; allowed: openmp, serial");
@@ -35,7 +35,7 @@ void require_cuda() {
 
 DeviceStats cuda_device() {
   require_cuda();
-  constexpr std::size_t bytes = std::size_t(256) << 20;  // more than any of its caches
+  constexpr std::size_t bytes = std::size_t(256) << 20;  // larger than its caches
   constexpr int rounds = 10;
   int device = 0;
   cudaDeviceProp properties;

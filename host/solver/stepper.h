@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the methods share: a substep of damping, wind, prediction (each method's own), projected constraints, collision
-// and the new state, for any executor and precision. A pass that the scene does not name does not exist here.
+// Time stepper, the base of all methods, for any executor and precision: a substep of damping, wind, prediction (by the
+// method), projection of constraints, collision and state update. Passes that a scene does not use are not made.
 #pragma once
 #include <algorithm>
 #include <iterator>
@@ -43,7 +43,7 @@
 
 namespace malha {
 
-/// The bytes of an optional part of the solver.
+/// Memory of an optional part of the solver.
 template <class Part>
 std::size_t bytes_of(const std::optional<Part>& part) {
   return part ? part->bytes() : 0;
@@ -55,20 +55,20 @@ class TimeStepper : public Solver {
   void step(const SubstepCallback& after) final {
     if (after && !handles_)
       throw InputError("step: found a simulation without interactive; allowed: one that is made with it");
-    const ScopedValue<const SubstepCallback*> watch(substep_callback_, after ? &after : nullptr);
+    const ScopedValue<const SubstepCallback*> callback(substep_callback_, after ? &after : nullptr);
     const double start = time(), end = start + model_.scene.solver.dt;
     if (sleeper_ && sleeper_->sleeps_through(particles(), start, end)) {
       ++steps_;
       return;
     }
     advance();
-    guard();
+    check_energy();
     if (self_ || collider_) note_collision();
     if (sleeper_ && !has_external_constraints())
       timed(Pass::Sleep, [&] { sleeper_->watch(particles(), start, end, steps_); });
   }
 
-  void check_divergence() final { guard(true); }
+  void check_divergence() final { check_energy(true); }
 
   double time() const final { return steps_ * model_.scene.solver.dt; }
   std::int64_t steps() const final { return steps_; }
@@ -119,9 +119,9 @@ class TimeStepper : public Solver {
     for (std::size_t k = 0; k < particles.size(); ++k) {
       const auto i = static_cast<std::size_t>(list[k]);
       farthest = std::max(farthest, norm(minus(to[k], position_of(i))));
-      put(i, to[k]);
+      set_position(i, to[k]);
     }
-    energy_guard_.moved(farthest);
+    energy_guard_.add_pin_move(farthest);
     crossings_step_ = -1;
     wake();
   }
@@ -131,19 +131,19 @@ class TimeStepper : public Solver {
   void change_gravity() final {
     gravity_ = norm(model_.scene.gravity);
     on_gravity_changed();
-    energy_guard_.restart(particles(), positions_in_order());  // heights weigh otherwise now
-    energy_guard_.driven(gravity_ * model_.scene.solver.dt);
+    energy_guard_.restart(particles(), positions_in_order());  // potential energies have changed
+    energy_guard_.add_driven_speed(gravity_ * model_.scene.solver.dt);
     wake();
   }
   void change_wind() final {
     if (air_) air_->change(*model_.scene.wind);
-    energy_guard_.driven(norm(model_.scene.wind->velocity));
+    energy_guard_.add_driven_speed(norm(model_.scene.wind->velocity));
     wake();
   }
   void add_user_constraints(const std::vector<UserConstraint>& all) final {
     user_constraints_.emplace(executor_, model_, all);
     facts_.user_constraints = user_constraints_->facts();
-    energy_guard_.trust(user_constraints_->particles());
+    energy_guard_.exempt(user_constraints_->particles());
     exclude_from_momentum_correction();
   }
   std::vector<double> values_of_user_constraint(std::size_t index) const final {
@@ -155,7 +155,7 @@ class TimeStepper : public Solver {
       throw InputError("pull, hold: found a simulation without interactive; allowed: one that is made with it");
     const int i = handles_->number_of(what, model_, w_.data(), requires_fixed_pins());
     const Vec3 x = position_of(i), way = minus(what.to, x);
-    what.is_held() ? energy_guard_.moved(norm(way)) : energy_guard_.gave(i, handles_->work(i, what, x));
+    what.is_held() ? energy_guard_.add_pin_move(norm(way)) : energy_guard_.add_work(i, handles_->work(i, what, x));
     if (what.is_held() && !handles_->has(i)) v_.set(i, {0, 0, 0});
     handles_->take(i, what, x, w_.data());
     exclude_from_momentum_correction(), wake();
@@ -211,8 +211,8 @@ class TimeStepper : public Solver {
     double lengths = facts_.attachments;
     for (const LengthRun& run : lengths_) lengths += run.count;
     if (!(lengths > 0)) return 0;
-    // In times of a projection: six a length sampled, and for a particle that may touch something twenty a substep.
-    // Launches alone take some thousands.
+    // Costs in units of one projection: six for a sampled length, and twenty per substep for a particle with contact
+    // tests. The launches alone cost some thousands.
     const double contacts = collider_ || self_ || edges_ ? 20.0 * solver.substeps * model_.count() : 0;
     const double step = static_cast<double>(facts_.projections_per_step) + lengths + contacts + 4000;
     return std::clamp(static_cast<int>(std::ceil(6 * lengths / (0.01 * step))), 1, 128);
@@ -220,10 +220,10 @@ class TimeStepper : public Solver {
   std::int64_t crossings() const final { return crossings_at(positions_in_order()); }
 
  protected:
-  /// `threads`: of the executor. A method that needs no sweep lays out none.
+  /// `threads`: number of threads of the executor. `sweeps`: the method projects batches, and needs a Sweep.
   TimeStepper(const Model& model, const Executor& executor, int threads, bool sweeps)
       : executor_(executor), model_(model), gravity_(norm(model.scene.gravity)), energy_guard_(executor, model) {
-    facts_.layout_seconds = seconds([&] { lay_out_particles(); });
+    facts_.layout_seconds = seconds([&] { allocate_particles(); });
     facts_.constraint_seconds = seconds([&] {
       if (sweeps) sweep_.emplace(executor, model, threads);
       for (const PressureSet& set : model.pressures) pressures_.emplace_back(executor, model, set);
@@ -247,14 +247,16 @@ class TimeStepper : public Solver {
     note_facts();
   }
 
-  /// A step, awake.
+  /// One step of a scene that does not sleep.
   virtual void advance() { advance_from(0); }
 
-  /// From a substep on.
+  /// The substeps of a step from `first` on.
   void advance_from(int first) {
     const SolverSpec& solver = model_.scene.solver;
     const double h = solver.dt / solver.substeps;
-    const auto at = [&](int s) { return (steps_ + double(s) / solver.substeps) * solver.dt; };  // steps end alike
+    const auto at = [&](int s) {
+      return (steps_ + double(s) / solver.substeps) * solver.dt;
+    };  // the same times as at the ends of steps
     repeat_step("substeps", [&] {
       if (first == 0) start_step();
       for (int s = first; s < solver.substeps; ++s) {
@@ -278,7 +280,7 @@ class TimeStepper : public Solver {
     if (momentum_corrector_) repeat_step("momenta", [&] { timed(Pass::Correction, work); });
   }
 
-  /// Part of a step, recorded where all steps launch the same. What times its passes records none.
+  /// Runs a part of a step, recorded where all steps have the same launches. Executors that time passes do not record.
   template <class Work>
   void repeat_step(const std::string& part, const Work& work) {
     if (is_timed(executor_) || !can_capture_step(model_) || has_external_constraints() || has_callback()) return work();
@@ -286,7 +288,7 @@ class TimeStepper : public Solver {
         executor_, recorded_, [&] { return part + key_from(can_fuse_passes()) + steady_key(model_.scene); }, work);
   }
 
-  /// What the wind does to v: on faces, if air has a density, and on particles, if it drags them.
+  /// Applies the wind to v: forces on faces if the air has a density, and drag on particles.
   void apply_wind(double h) {
     if (air_) timed(Pass::Air, [&] { air_->apply_wind(particles(), h); });
     if (const auto& wind = model_.scene.wind; wind && wind->drag > 0)
@@ -295,13 +297,13 @@ class TimeStepper : public Solver {
       });
   }
 
-  /// What is looked up once a step.
+  /// Called at the start of a step.
   virtual void start_step() {}
-  /// v and p of a substep of h seconds, from what acts on the particles, the wind included.
+  /// Computes v and p of a substep of h seconds from the forces on the particles, wind included.
   virtual void predict(double h) = 0;
-  /// What happens between prediction and the first projection, contacts known.
+  /// Called between prediction and the first projection, after contact detection.
   virtual void correct(const Particles<R>& /*all*/) {}
-  /// At the start of a substep, all where it begins.
+  /// Called at the start of a substep, before particles move.
   virtual void start_pressures(const Particles<R>& all) {
     if (!pressures_.empty())
       timed(Pass::Pressure, [&] {
@@ -312,15 +314,15 @@ class TimeStepper : public Solver {
   virtual void press(const Particles<R>& all) {
     for (auto& pressure : pressures_) pressure.project(all.p, all.w);
   }
-  /// Throws Diverged where a substep of the step that ends has left a particle without a finite place.
+  /// Throws Diverged if a substep of the current step has left a particle without a finite position.
   virtual void require_finite() {
     timed(Pass::State, [&] { refuse(finite_check_.in_step()); });
   }
-  /// Whether what follows the prediction is done in it, up to the new state.
-  virtual bool predicts_the_state() const { return false; }
-  /// At the end of a substep of h seconds, unless the prediction does what follows.
+  /// Whether predict() does the whole substep, up to the new state.
+  virtual bool predict_does_substep() const { return false; }
+  /// Called at the end of a substep of h seconds, unless predict() does the whole substep.
   virtual void end_substep(double /*h*/) {}
-  /// Called after every iteration. True if the constraints are met within the tolerance, so that no other is needed.
+  /// Called after every iteration. True if the constraints are satisfied within the tolerance.
   virtual bool converged() { return false; }
   /// Called when gravity changes, for methods that cache it.
   virtual void on_gravity_changed() {}
@@ -329,15 +331,15 @@ class TimeStepper : public Solver {
 
   void substep(double start, double h) {
     const Particles<R> all = particles();
-    // Gravity is uniform: whether the rigid part of the motion is taken before or after it is the same.
+    // Gravity is uniform, so that damping may come before it: the rigid part of the motion has all of it.
     if (damping_) timed(Pass::Damping, [&] { damping_->damp(all); });
     predict(h);
-    if (predicts_the_state()) return;
-    const auto go_on = [&](const ActiveMask& asked) {
+    if (predict_does_substep()) return;
+    const auto solve_others = [&](const ActiveMask& queried) {
       if (!edges_ && !momentum_corrector_ && solve_is_next(model_, facts_))
-        host_overlap_.begin(executor_, *sweep_, make_solve_pass(h, true), asked);
+        host_overlap_.begin(executor_, *sweep_, make_solve_pass(h, true), queried);
     };
-    if (collider_) timed(Pass::Collision, [&] { collider_->detect_contacts(all, start, start + h, go_on); });
+    if (collider_) timed(Pass::Collision, [&] { collider_->detect_contacts(all, start, start + h, solve_others); });
     if (self_) self_->start_substep();
     if (edges_) timed(Pass::Edges, [&] { edges_->detect_contacts(all, start, start + h); });
     correct(all);
@@ -364,8 +366,7 @@ class TimeStepper : public Solver {
     malha::hold_apart(self_, edges_, collider_, kinematic_, all,
                       [&](Pass pass, const auto& work) { timed(pass, work); });
   }
-  /// Restitution: what bounces moves on from where the substep ended, and that motion is guarded against intersections
-  /// too.
+  /// Restitution moves particles again after the substep; that motion is guarded against intersections too.
   void apply_restitution(const Particles<R>& all, double h) {
     timed(Pass::Contact, [&] { collider_->restitute(all, 2 * h * gravity_, h); });
     if (!collider_->bounces()) return;
@@ -373,7 +374,8 @@ class TimeStepper : public Solver {
     timed(Pass::State, [&] { parallel_for(executor_, all.count, AdvanceAll<R>{all.p}); });
   }
 
-  /// Pins whose time is over let go, and nothing that they pressed together is shot apart.
+  /// Moves kinematic pins and releases those whose time is over. Overlaps that released pins caused are kept, so that
+  /// contacts do not throw them apart.
   void place_pins(double start, double end) {
     const int before = released_pin_sets();
     kinematic_pins_->place(particles(), w_.data(), start, end);
@@ -385,7 +387,7 @@ class TimeStepper : public Solver {
     if (collider_) collider_->keep_overlaps();
   }
   int released_pin_sets() const { return kinematic_pins_ ? kinematic_pins_->released() : 0; }
-  /// Now, 1/kg, in the solver's order: 0 where particles are held.
+  /// Present inverse masses, 1/kg, in the solver's order: 0 for pinned particles.
   std::vector<double> inverse_masses_in_order() const {
     const std::vector<R> w = w_.download();
     return {w.begin(), w.begin() + model_.count()};
@@ -394,7 +396,7 @@ class TimeStepper : public Solver {
   Particles<R> particles() const {
     return {model_.count(), x_.points(), v_.points(), {x_.points(), d_.points(), low_.points()}, w_.data()};
   }
-  /// In the solver's order, with what x lacks of them.
+  /// Positions in the solver's order, x and low together.
   std::vector<Vec3> positions_in_order() const {
     std::vector<Vec3> all = x_.download();
     if constexpr (kCompensated<R>) {
@@ -405,40 +407,42 @@ class TimeStepper : public Solver {
     return all;
   }
   SolvePatch<R> make_solve(double h) const { return sweep_->make_solve(particles(), h, to_R(model_.scene.gravity)); }
-  /// Where other passes come between, visits neither predict nor update.
+  /// A patch solve between other passes: it neither predicts nor updates.
   SolvePatch<R> make_solve_pass(double h, bool first_iteration) const {
     SolvePatch<R> pass = make_solve(h);
     pass.first_iteration = first_iteration;
     return pass;
   }
   Vec3 position_of(std::size_t i) const {
-    Vec3 place = x_.get(i);
+    Vec3 position = x_.get(i);
     if constexpr (kCompensated<R>)
-      for (int k = 0; k < 3; ++k) place[k] += low_.get(i)[k];
-    return place;
+      for (int k = 0; k < 3; ++k) position[k] += low_.get(i)[k];
+    return position;
   }
-  void put(std::size_t i, const Vec3& place) {
-    x_.set(i, place), d_.set(i, {0, 0, 0});
-    if constexpr (kCompensated<R>) low_.set(i, minus(place, x_.get(i)));
+  void set_position(std::size_t i, const Vec3& position) {
+    x_.set(i, position), d_.set(i, {0, 0, 0});
+    if constexpr (kCompensated<R>) low_.set(i, minus(position, x_.get(i)));
   }
-  /// Without -0, which packs do not keep either.
+  /// -0 becomes 0, as in packs.
   static Vector3<R> to_R(const Vec3& a) { return {R(a[0] + 0), R(a[1] + 0), R(a[2] + 0)}; }
 
+  /// Whether the next step is fused.
   bool runs_fused() const { return can_fuse_passes() && !has_external_constraints() && !has_callback(); }
-  /// Whether constraints of batches alone change momenta between the prediction and the new state: Desbrun's filter is
-  /// part of the prediction. Of long range the model may have let go.
+  /// Whether batched constraints are the only pass between prediction and state update, so that patch solves can do all
+  /// three. Desbrun's filter is part of the prediction. (The model's list of tethers may have been released from
+  /// memory: long_range_ tells.)
   bool can_fuse_passes() const {
     return model_.scene.solver.type == "pbd" && !long_range_ && has_no_mid_step_passes(model_);
   }
   bool has_handles() const { return handles_ && !handles_->empty(); }
-  /// By hand or by constraints of the caller's own, of which what was laid out knows nothing.
+  /// Whether handles or user constraints act, which the layout does not contain.
   bool has_external_constraints() const { return has_handles() || user_constraints_; }
   bool has_callback() const { return substep_callback_ != nullptr; }
 
-  /// Refuses an explosion that is finite still. `now`: at whatever step this is.
-  void guard(bool now = false) {
+  /// Throws Diverged if the energy has exploded, finite or not. `now`: checks at this step, whichever it is.
+  void check_energy(bool now = false) {
     timed(model_.scene.solver.type == "pbd" && runs_fused() ? Pass::FusedSolve : Pass::State, [&] {
-      const auto wrong = energy_guard_.watch(
+      const auto wrong = energy_guard_.check(
           particles(), steps_, [&] { return positions_in_order(); }, [&] { return v_.download(); }, now);
       if (wrong)
         throw Diverged("step " + std::to_string(steps_) + " (t = " + std::to_string(time()) + " s): " + *wrong);
@@ -474,7 +478,7 @@ class TimeStepper : public Solver {
 
   Executor executor_;
   const Model& model_;
-  double gravity_, max_object_speed_ = 0;    // m/s^2; m/s: the fastest that objects move
+  double gravity_, max_object_speed_ = 0;    // m/s^2; m/s, of moving environment objects
   PointArray<Executor, R> x_, v_, d_, low_;  // see Particles
   std::optional<Sweep<Executor, R>> sweep_;
   std::vector<Pressure<Executor, R>> pressures_;
@@ -492,7 +496,7 @@ class TimeStepper : public Solver {
     if (momentum_corrector_) momentum_corrector_->leave_out(all);
   }
 
-  /// Of the present state, which several ask for: counted once.
+  /// Number of intersections in the present state, cached for several callers.
   std::int64_t crossings_at(const std::vector<Vec3>& x) const {
     if (crossings_step_ != steps_) {
       crossings_ =
@@ -502,7 +506,7 @@ class TimeStepper : public Solver {
     return crossings_;
   }
 
-  void lay_out_particles() {
+  void allocate_particles() {
     x_ = PointArray<Executor, R>(model_.x), v_ = PointArray<Executor, R>(model_.v);
     d_ = PointArray<Executor, R>(model_.x.size());
     if constexpr (kCompensated<R>) {
@@ -511,7 +515,7 @@ class TimeStepper : public Solver {
       low_ = PointArray<Executor, R>(model_.x.size()), low_.upload(start.low);
     }
     std::vector<R> w(model_.w.begin(), model_.w.end());
-    w.resize(w.size() + kSlotPack);  // a pack that starts at the last particle stays inside
+    w.resize(w.size() + kSlotPack);  // so that a pack may start at the last particle
     w_ = Array<Executor, R>(w);
   }
   State<R> state() const {
@@ -520,7 +524,7 @@ class TimeStepper : public Solver {
     return now;
   }
 
-  /// With what the next step needs beside it, but for contacts.
+  /// The state with everything that the next step needs, except contacts.
   State<R> state_to_save() const {
     State<R> all = state();
     if (sleeper_) all.rest = sleeper_->save_state();
@@ -538,12 +542,12 @@ class TimeStepper : public Solver {
     return load_state<R>(bytes, sizes, collider_ ? collider_->triangles() : std::vector<int>{}, file);
   }
 
-  /// Contacts last: what leaves the iteration is outside the environment.
+  /// One iteration. Contacts come last, so that particles are outside the environment after it.
   void project(const Particles<R>& all, double start, double h, bool first_iteration) {
     if (momentum_corrector_ && !can_fuse_passes())
       timed(Pass::Correction, [&] { momentum_corrector_->before_projection(all, h); });
     if (!model_.sets.empty())
-      timed(Pass::Projection, [&] { host_overlap_.go_on(*sweep_, make_solve_pass(h, first_iteration)); });
+      timed(Pass::Projection, [&] { host_overlap_.finish(*sweep_, make_solve_pass(h, first_iteration)); });
     if (!pressures_.empty()) timed(Pass::Pressure, [&] { press(all); });
     if (momentum_corrector_ && !can_fuse_passes())
       timed(Pass::Correction, [&] { momentum_corrector_->after_projection(all, h); });
@@ -579,7 +583,7 @@ class TimeStepper : public Solver {
     facts_.projections_per_step = projections * model_.scene.solver.substeps * model_.scene.solver.iterations;
   }
 
-  const SubstepCallback* substep_callback_ = nullptr;  // of this step; null: none
+  const SubstepCallback* substep_callback_ = nullptr;  // during a step; null: none
   Array<Executor, R> w_;
   std::optional<Damping<Executor, R>> damping_;
   std::vector<LengthRun> lengths_ = length_runs(model_);
@@ -598,7 +602,7 @@ class TimeStepper : public Solver {
   std::optional<SelfCollider<Executor, R>> self_;
   std::optional<KinematicParticles<Executor, R>> kinematic_;  // with self_ and collider_
   std::array<double, kPassNames.size()> seconds_{};
-  mutable std::int64_t crossings_step_ = -1, crossings_ = 0;  // the step of which they were counted, and how many
+  mutable std::int64_t crossings_step_ = -1, crossings_ = 0;  // the step of the last count, and its result
 };
 
 }  // namespace malha

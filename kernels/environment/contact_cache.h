@@ -214,7 +214,7 @@ struct ContactCacheView {
 /// One thread of a device would take longer than the way to the host.
 template <class R>
 struct CompactSlots {
-  using AsksTheHost = void;
+  using RunsOnHost = void;
   ContactCacheView<R> nearby;
   ProximityRecord* near_to;
   Contact<R>* contacts_to;
@@ -233,7 +233,7 @@ struct CompactSlots {
 /// The same of places.
 template <class R>
 struct TakeOutFreePlaces {
-  using AsksTheHost = void;
+  using RunsOnHost = void;
   ContactCacheView<R> nearby;
   WordPlaces* to;
   KERNEL void operator()(int) const {

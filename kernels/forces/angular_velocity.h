@@ -41,7 +41,7 @@ KERNEL void rotate_axes(double (&A)[3][3], double (&V)[3][3], int p, int q) {
 
 /// omega = I^-1 L. A body whose particles lie on one line or point has no inertia about some axis: the least-norm
 /// solution leaves that rotation at zero.
-KERNEL_APART Vector3<double> angular_velocity(const SpinSum& spin) {
+KERNEL_NOINLINE Vector3<double> angular_velocity(const SpinSum& spin) {
   const double *I = spin.I, *L = spin.L;
   double A[3][3] = {{I[0], I[3], I[4]}, {I[3], I[1], I[5]}, {I[4], I[5], I[2]}};
   double V[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};

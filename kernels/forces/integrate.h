@@ -40,7 +40,7 @@ struct AdvanceAll {
 
 /// A place near each body: that of its first particle.
 template <class R>
-struct TakeOrigins {
+struct SetOrigins {
   Points<R> x;
   const int* first;
   Points<R> origins;

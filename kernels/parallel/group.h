@@ -95,7 +95,7 @@ struct Block {
   KERNEL Value reduce(int items, const Value& zero, const Work& work, const Add& add) const {
     Value own = zero;
     for (int i = threads.rank(); i < items; i += threads.count()) add(own, work(i));
-    return threads.gathered(own, zero, add);
+    return threads.reduced(own, zero, add);
   }
 
   KERNEL Block at(int other) const { return {other, memory, threads}; }
@@ -126,8 +126,8 @@ inline constexpr int kThreads<Kernel> = Kernel::kMostThreads;
 
 /// Whether a kernel asks what only the host can answer (Embree): a device's executor leaves it to the host.
 template <class Kernel>
-inline constexpr bool kAsksTheHost = requires {
-  typename Kernel::AsksTheHost;
+inline constexpr bool kRunsOnHost = requires {
+  typename Kernel::RunsOnHost;
 };
 
 /// The number of the lowest bit that is set.

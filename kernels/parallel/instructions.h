@@ -13,10 +13,10 @@
 /// Where a device has no registers for all at once: a function that its compiler calls instead of taking it in, and a
 /// loop of which it keeps one round.
 #if defined(__CUDACC__)
-#define KERNEL_APART __host__ __device__ __noinline__
+#define KERNEL_NOINLINE __host__ __device__ __noinline__
 #define KERNEL_ROLLED _Pragma("unroll 1")
 #else
-#define KERNEL_APART KERNEL
+#define KERNEL_NOINLINE KERNEL
 #define KERNEL_ROLLED
 #endif
 /// Of kernels that no device runs: those that ask Embree.

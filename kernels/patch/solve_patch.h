@@ -250,8 +250,8 @@ struct SolvePatch {
 
   /// Instantiates only the updates that a kind can have.
   template <class Group, class Local>
-  KERNEL_APART void project_set(const Group& group, const Patch& patch, int begin, int end, bool forward,
-                                const Local& local) const {
+  KERNEL_NOINLINE void project_set(const Group& group, const Patch& patch, int begin, int end, bool forward,
+                                   const Local& local) const {
     const SetView<R>& set = sets[batches[patch.batch + begin].set];
     for_each_constraint([&]<class Kind>(Kind) KERNEL_LAMBDA {
       if (set.kind != kKindIndex<Kind>) return;

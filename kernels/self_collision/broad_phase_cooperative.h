@@ -71,7 +71,7 @@ struct FindPairsTogether {
   }
 
   template <PairKind kind, class Group>
-  KERNEL_APART void meet(const Group& group, SharedMemory& bench, int one, int other, bool wire_edge) const {
+  KERNEL_NOINLINE void meet(const Group& group, SharedMemory& bench, int one, int other, bool wire_edge) const {
     constexpr UnitItems kOne = kOneSide<kind>, kOther = kOtherSide<kind>;
     const auto leaf = [&](UnitItems items, int unit) KERNEL_LAMBDA { return of.units.begin[items][unit] / kBranch; };
     const Leaves leaves{leaf(kOne, one), leaf(kOther, other), leaf(kOne, one + 1) - leaf(kOne, one),

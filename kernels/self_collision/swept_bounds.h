@@ -157,7 +157,7 @@ struct ComputeSweptAabbs {
 /// with a particle of its own has. One item, of which one thread of a device would take longer than the way to the
 /// host.
 struct ColorPatches {
-  using AsksTheHost = void;
+  using RunsOnHost = void;
   const PairPatch* patches;
   const int* touched;
   int count;

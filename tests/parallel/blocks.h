@@ -155,7 +155,7 @@ struct Memory<Blocks> {
     const EmulatedMemory::Open open;
     return Memory<Serial>::has(from, count, value);
   }
-  static constexpr bool kOfTheHost = false;
+  static constexpr bool kOnHost = false;
   /// How often the host has waited for something.
   static int& reads() {
     static int all = 0;
@@ -219,7 +219,7 @@ class Turns {
     int count() const { return static_cast<int>(all->lanes_.size()); }
     void wait(int items) const { all->wait(number, items); }
     template <class Value, class Add>
-    Value gathered(const Value& own, Value sum, const Add& add) const {
+    Value reduced(const Value& own, Value sum, const Add& add) const {
       all->gathered_.resize(count() * sizeof(Value));
       std::memcpy(all->gathered_.data() + number * sizeof(Value), &own, sizeof(Value));
       all->wait(number, -2);
@@ -379,7 +379,7 @@ void parallel_reduce_into(const Blocks& executor, int n, const Kernel& kernel, V
 template <class Kernel>
 void parallel_for_interleaved(const Blocks& executor, int groups, const Kernel& kernel,
                               const ScratchMemory& memory = {}) {
-  if constexpr (kAsksTheHost<Kernel>)
+  if constexpr (kRunsOnHost<Kernel>)
     parallel_for_interleaved(Serial{executor.instructions}, groups, kernel);
   else
     parallel_groups(executor, 0, groups, memory, kernel);

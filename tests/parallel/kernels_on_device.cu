@@ -49,7 +49,7 @@ void launch_one(const Kernel& kernel) {
   if constexpr (kShared<Kernel>)
     launch_shared<<<1, 1>>>(0, nullptr, 0, kernel);
   else
-    launch_alone<<<1, 1>>>(0, 0, nullptr, 0, kernel);
+    launch_single_threads<<<1, 1>>>(0, 0, nullptr, 0, kernel);
 }
 
 template <class... Kernels>
@@ -91,7 +91,7 @@ void instantiate_all() {
                      MeasureMomenta<R, R, true, false>, MeasureMomenta<R, double, false, true>, NoteMomenta,
                      AddRigidMotion<R>, DampTowardsRigid<R>>();
   instantiate<ComputeMomentumCorrection<R>, FindRigidMotion<R>, FindMean, SumTorque<R>, FindTurn>();
-  instantiate<Predict<R>, Drag<R>, UpdateState<R>, AdvanceAll<R>, TakeOrigins<R>>();
+  instantiate<Predict<R>, Drag<R>, UpdateState<R>, AdvanceAll<R>, SetOrigins<R>>();
   instantiate<SumMass<R>, MeasureMotion<R>>();
   instantiate<EnclosedVolume<Points<R>>, EnclosedVolume<Displaced<R>>, PressureGradient<R>, MeasureInertia<R>,
               SumAlongPressure<R>, PutPressure<R>, ApplyFilteredPressure<R>, ApplyPressure<R>>();
