@@ -21,7 +21,7 @@ class ThreadChoice {
   /// Takes a step on threads().
   template <class Step>
   void take(const Step& step) {
-    const ScopedValue<int> limit(most_threads, threads());
+    const ScopedValue<int> limit(max_threads, threads());
     const Took time = time_of(step);
     took(time.wall, time.running);
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bodies cut into stretches of particles, and where launches leave what they find of them. Nobody waits for it.
+// Momenta of bodies, measured over ranges of particles and kept in the executor's memory, without synchronisation.
 #pragma once
 #include <algorithm>
 #include <vector>
@@ -13,7 +13,7 @@ namespace malha {
 template <class Executor, class R>
 class BodyMomenta {
  public:
-  /// `islands`: of consecutive particles, first .. first + count - 1.
+  /// `islands`: bodies of the consecutive particles first .. first + count - 1.
   template <class Island>
   BodyMomenta(const Executor& executor, const std::vector<Island>& islands)
       : executor_(executor), count_(static_cast<int>(islands.size())) {
@@ -34,26 +34,26 @@ class BodyMomenta {
     memory_ = Array<Executor, char>(kBytes * threads_of(executor), 0);
   }
 
-  /// `gained`: velocity by gravity since the start, m/s. `h`: of the substep that is projected, s.
+  /// `gained`: change of velocity by gravity since the start, m/s. `h`: length of the projected substep, s.
   template <class N, bool projected, bool inertia>
   void measure(const Particles<R>& particles, Measured what, double h = 1, const Vec3& gained = {}) {
     using Measure = MeasureMomenta<R, N, projected, inertia>;
     const Measure sum{particles, stretches_.data(), sums_.data(), N(h), N(1 / h)};
-    const NoteMomenta note{sums_.data(), bodies_.data(), Measure::n, what, {gained[0], gained[1], gained[2]}};
+    const StoreMomenta note{sums_.data(), bodies_.data(), Measure::n, what, {gained[0], gained[1], gained[2]}};
     region([&](const auto& team, int stretches) {
       parallel_groups(team, 0, stretches, {memory_.data(), kBytes}, sum);
       parallel_groups(team, 0, count_, {}, note);
     });
   }
-  /// Finds the motion of each body by `find`, and has `use` work on all stretches.
+  /// Computes the motion of each body by `find`, and runs `use` on all ranges.
   template <class Find, class Use>
   void move(const Find& find, const Use& use) {
     parallel_for(executor_, count_, find);
     region([&](const auto& team, int stretches) { parallel_groups(team, 0, stretches, {}, use); });
   }
-  /// Forgets what was measured.
-  void leave_out(const std::vector<bool>& bodies) {
-    for (int b = 0; b < count_; ++b) start_[b].left_out = bodies[b] ? 1 : 0;
+  /// Clears the measurements.
+  void exclude(const std::vector<bool>& bodies) {
+    for (int b = 0; b < count_; ++b) start_[b].excluded = bodies[b] ? 1 : 0;
     bodies_.upload(start_);
   }
 
@@ -65,7 +65,7 @@ class BodyMomenta {
   }
 
  private:
-  static constexpr int kStretch = 1024;  // particles: stretches for many threads, and few sums
+  static constexpr int kStretch = 1024;  // particles of a range: many ranges for threads, but few sums
   static constexpr std::size_t kBytes = MeasureMomenta<R, double, false, true>::kBytes;  // the most
 
   template <class Work>

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lengths that may not be exceeded, measured: those of distance limits after an iteration of theirs, and those at which
-// edges tear after a step.
+// Excess over maximal lengths: those of distance limits after an iteration, and those at which edges tear after a step.
 #pragma once
 #include <vector>
 
@@ -33,7 +32,7 @@ class LengthLimits {
     longest_ = Array<Executor, R>(std::vector<R>(edges.longest.begin(), edges.longest.end()));
   }
 
-  /// The largest over-elongation, in lengths.
+  /// The largest excess over a maximal length, relative to it; 0: none is exceeded.
   template <class At>
   double excess(const At& p) const {
     return parallel_reduce<Largest>(executor_, static_cast<int>(longest_.size()),

@@ -276,7 +276,7 @@ class TimeStepper : public Solver {
   }
 
   void restore_momenta() {
-    const auto work = [&] { momentum_corrector_->give_back(particles(), can_fuse_passes()); };
+    const auto work = [&] { momentum_corrector_->restore_momenta(particles(), can_fuse_passes()); };
     if (momentum_corrector_) repeat_step("momenta", [&] { timed(Pass::Correction, work); });
   }
 
@@ -493,7 +493,7 @@ class TimeStepper : public Solver {
   void exclude_from_momentum_correction() {
     std::vector<int> all = handles_ ? handles_->particles() : std::vector<int>{};
     if (user_constraints_) std::ranges::copy(user_constraints_->particles(), std::back_inserter(all));
-    if (momentum_corrector_) momentum_corrector_->leave_out(all);
+    if (momentum_corrector_) momentum_corrector_->exclude(all);
   }
 
   /// Number of intersections in the present state, cached for several callers.

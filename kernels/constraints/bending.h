@@ -23,9 +23,9 @@ struct Bending {
   static constexpr int per_max_step = 1;
   static constexpr Parameter parameter{"rest_scale", 1, 0, true};
 
-  /// theta0, rad: the angle at rest times rest_scale (0: flat). 1 / reach, 1/m, of the smaller height over the edge: a
-  /// straight step turns a corner about the edge as long as it is short beside that. (At rest, because a straight step
-  /// also stretches the triangles, and a share of what is stretched would grow with it.)
+  /// theta0, rad: the angle at rest times rest_scale (0: flat). 1 / max step, 1/m, from the smaller height over the
+  /// edge: a straight step approximates a rotation about the edge if it is short beside that. (The height is that at
+  /// rest, because a straight step also stretches the triangles, and a bound by the current height would grow with it.)
   template <class S>
   KERNEL static void rest(const Vector3<S> (&X)[4], S rest_scale, S (&rest)[2]) {
     using R = typename RealOf<S>::type;
@@ -50,8 +50,8 @@ struct Bending {
     const Vector3<S> from0to3 = p[3] - p[0], from1to3 = p[3] - p[1];
     const Vector3<S> n1 = cross(e, from0to2), n2 = cross(from0to3, e);
     const S e2 = dot(e, e), a1 = dot(n1, n1), a2 = dot(n2, n2);
-    // A triangle without area has no normal: a zero gradient skips it. Areas are compared with the edge,
-    // not in m^4.
+    // A triangle without area has no normal, and a zero gradient skips it. Areas are compared with the edge, whatever
+    // the scale.
     const S sliver = e2 * e2 * S(R(1e-12));
     const auto whole = (select(a1 < a2, a1, a2) > max(sliver, S(tiny<R>()))) & valid;
     const S length = sqrt(select(whole, e2, one));

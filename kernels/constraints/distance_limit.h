@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // distance_limit: C = (1 + tau) l - |p0 - p1| >= 0, Provot's elongation limit (Graphics Interface 1995) as an
-// inequality: it acts on what is stretched beyond the limit, and on nothing else.
+// inequality: it acts only on edges that are stretched beyond the limit.
 #pragma once
 #include "kernels/constraints/distance.h"
 

@@ -5,7 +5,7 @@
 // 2006). Energy
 //   U = D A / 2 (|H|^2 + 2 nu det H) = D / 2 sum C_m^2,
 //   C = sqrt(A (1 + nu) / 2) (Hxx + Hyy), sqrt(A (1 - nu) / 2) (Hxx - Hyy), sqrt(A (1 - nu) / 2) 2 Hxy,
-// three constraints of compliance 1 / D in the angles, met at once. Angles are signed and measured from rest.
+// three constraints of compliance 1 / D in the angles, projected together. Angles are signed and relative to rest.
 #pragma once
 #include "kernels/constraints/bending.h"
 #include "kernels/projection/block_solve.h"
@@ -15,17 +15,18 @@ namespace malha {
 struct Plate {
   static constexpr const char* name = "plate";
   static constexpr Element element = Element::WingedTriangles;
-  static constexpr int particles = 6;  // the triangle 0 1 2, and 3 + i beyond the side across from its corner i
+  static constexpr int particles = 6;  // the triangle 0 1 2, and wing 3 + i beyond the side opposite to corner i
   static constexpr bool inequality = false;
   static constexpr bool has_strain = false;
   static constexpr Strength strength{false, "rigidity", "N m"};
   static constexpr Filtered filtered = Filtered::Stencil;
   static constexpr Degenerate degenerate = Degenerate::Skipped;
-  static constexpr int numbers = 13;  // the three angles at rest, B: C = B (theta - theta0), and 1 / reach
+  static constexpr int numbers = 13;  // the three angles at rest, B with C = B (theta - theta0), and 1 / max step
   static constexpr int per_max_step = 12;
   static constexpr int multipliers = 3;
-  static constexpr Parameter parameter{"poisson_ratio", 0, 0, true, 0.99};  // at 1 twists and saddles are free
-  using Remainder = Bending;                                                // of the hinges that none of them has
+  static constexpr Parameter parameter{"poisson_ratio", 0, 0, true,
+                                       0.99};  // at 1 twist and saddle shapes store no energy
+  using Remainder = Bending;                   // for hinges that no element has
 
   KERNEL static double compliance(double D, double) { return 1 / D; }
 
@@ -40,7 +41,7 @@ struct Plate {
     u[0] = zero, u[1] = length, u[2] = dot(e, f) * per;
     v[0] = zero, v[1] = zero, v[2] = twice * per;
     for (int i = 0; i < 3; ++i) {
-      // Beyond the side, as far from it as the wing is.
+      // The wing lies beyond the side, at its height.
       const int from = (i + 1) % 3, to = (i + 2) % 3, wing = 3 + i;
       const S du = u[to] - u[from], dv = v[to] - v[from], side = sqrt(du * du + dv * dv);
       const S per_side = one / select(side > zero, side, one);
@@ -50,7 +51,7 @@ struct Plate {
     }
   }
 
-  /// theta = a (Hxx, Hyy, Hxy) over the mesh unfolded about the triangle, in m; `area`: of the triangle, m^2.
+  /// The matrix of theta = a (Hxx, Hyy, Hxy) over the mesh unfolded about the triangle, m; `area` of the triangle, m^2.
   template <class S>
   KERNEL static void folds_by_curvature(const Vector3<S> (&X)[6], S (&a)[3][3], S& area) {
     using R = typename RealOf<S>::type;
@@ -101,7 +102,7 @@ struct Plate {
     rest[per_max_step] = per_max_step_of(smallest);
   }
 
-  /// C = sqrt(sum C_m^2) = sqrt(2 U / D); where all are 0 its gradient is that of the first.
+  /// C = sqrt(sum C_m^2) = sqrt(2 U / D); where all are 0 the gradient is that of the first.
   template <class S, class Mask>
   KERNEL static S evaluate(const Vector3<S> (&p)[6], const S* rest, const Mask& valid, Vector3<S> (&grad)[6],
                            S& scale) {
@@ -131,8 +132,8 @@ struct Plate {
     return C * C / 2;
   }
 
-  /// XPBD's step of all three at once, in the angles: fewer numbers than in the positions. No particle goes beyond its
-  /// reach, as with `bending`.
+  /// XPBD's step of all three together, in the angles, which are fewer than the positions. The step is bounded as that
+  /// of `bending`.
   template <class S, class Mask>
   KERNEL static void step(const Vector3<S> (&p)[6], const Vector3<S> (&x)[6], const S (&w)[6], const S* rest,
                           const Mask& valid, S alpha, S max_start_step, S (&sum)[3], Vector3<S> (&move)[6]) {
@@ -167,7 +168,7 @@ struct Plate {
     for (auto& of : move) of = of * part;
   }
 
-  /// The filter sees the same three as vectors, B times the hinges' folds, each fold drawn to its length at rest.
+  /// In the filter the three are vectors, B times the fold vectors of the hinges, each pulled to its length at rest.
   struct Stencil {
     static constexpr int vectors = 3, numbers = 21;  // B, its inverse, lengths of the folds at rest
     template <class S>
@@ -209,7 +210,7 @@ struct Plate {
   };
 
  private:
-  /// Where over an edge a wing stands: its foot as a part of the edge, and its height.
+  /// The foot of a wing on an edge, as a part of the edge, and its height over it.
   template <class S>
   KERNEL static void over_edge(const Vector3<S>& from, const Vector3<S>& to, const Vector3<S>& wing, S& foot,
                                S& height) {
@@ -220,7 +221,8 @@ struct Plate {
     foot = dot(r, e) * per, height = sqrt(dot(n, n) * per);
   }
 
-  /// Of the hinge across from corner i: its fold is sum c_j x_j (see IsometricBending), 0 of one without height.
+  /// Weights of the hinge opposite to corner i: its fold is sum c_j x_j (see IsometricBending), 0 for one without
+  /// height.
   template <class S>
   KERNEL static void fold_weights(const Vector3<S> (&X)[6], int i, S (&c)[6]) {
     using R = typename RealOf<S>::type;
@@ -266,18 +268,18 @@ struct Plate {
         C[m] = number(rest, valid, m, 0) * theta[0] + number(rest, valid, m, 1) * theta[1] +
                number(rest, valid, m, 2) * theta[2];
     }
-    /// B^T x
+    /// Computes B^T x.
     template <class Mask>
     KERNEL void pulls(const S* rest, const Mask& valid, const S (&x)[3], S (&pull)[3]) const {
       for (int i = 0; i < 3; ++i)
         pull[i] =
             number(rest, valid, 0, i) * x[0] + number(rest, valid, 1, i) * x[1] + number(rest, valid, 2, i) * x[2];
     }
-    /// Of which of the six is a hinge's particle.
+    /// The index, among the six, of particle j of hinge i.
     KERNEL static int particle(int i, int j) {
       return j == 0 ? (i + 1) % 3 : j == 1 ? (i + 2) % 3 : j == 2 ? i : 3 + i;
     }
-    /// grad w grad^T of the angles.
+    /// Computes grad w grad^T of the angles.
     KERNEL void response(const S (&w)[6], S (&turn)[3][3]) const {
       for (int i = 0; i < 3; ++i)
         for (int k = 0; k <= i; ++k) {

@@ -49,7 +49,7 @@ struct FilteredMotion {
   KERNEL void operator()(int i) const {
     const Vector3<R> v = velocity(i);
     particles.v.set(i, v);
-    particles.p.d.set(i, ahead(particles.w[i], v, particles.p.d[i], dt));
+    particles.p.d.set(i, predicted_displacement(particles.w[i], v, particles.p.d[i], dt));
   }
 };
 

@@ -5,7 +5,7 @@
 
 namespace malha {
 
-/// v += dt g; d = dt v. Pinned particles go as far as they were told to.
+/// v += dt g; d = dt v. Pinned particles keep their prescribed displacement.
 template <class R>
 struct Predict {
   Particles<R> particles;
@@ -14,7 +14,7 @@ struct Predict {
   KERNEL void operator()(int i) const {
     const Vector3<R> v = apply_gravity(particles.v[i], particles.w[i], gravity, dt);
     particles.v.set(i, v);
-    particles.p.d.set(i, ahead(particles.w[i], v, particles.p.d[i], dt));
+    particles.p.d.set(i, predicted_displacement(particles.w[i], v, particles.p.d[i], dt));
   }
 };
 
@@ -31,14 +31,14 @@ struct Drag {
   }
 };
 
-/// Particles are where they went, and have gone nowhere since.
+/// Makes positions the start of the next motion: x += d, d = 0.
 template <class R>
 struct AdvanceAll {
   Displaced<R> p;
   KERNEL void operator()(int i) const { p.advance_x(i), p.clear_displacement(i); }
 };
 
-/// A place near each body: that of its first particle.
+/// An origin near each body: the position of its first particle.
 template <class R>
 struct SetOrigins {
   Points<R> x;
@@ -47,7 +47,7 @@ struct SetOrigins {
   KERNEL void operator()(int k) const { origins.set(k, x[first[k]]); }
 };
 
-/// The lowest index with a property; none: beyond every index.
+/// Reduction to the lowest index with a property; none: larger than every index.
 struct FirstIndex {
   int index = 0x7fffffff;
   KERNEL FirstIndex& operator+=(const FirstIndex& other) {
@@ -56,7 +56,7 @@ struct FirstIndex {
   }
 };
 
-/// v = d / dt; x += d, where it stays. Returns the particle if it is no longer finite.
+/// v = d / dt, x += d, d = 0. Returns the index of the particle if its position is not finite.
 template <class R>
 struct UpdateState {
   Particles<R> particles;

@@ -4,12 +4,12 @@
 // in m^5/N needs it). -C / alpha is the pressure inside above that outside, Pa. Three reductions and one update, no
 // colouring. Positions are taken relative to one particle: on a closed mesh this changes nothing but the rounding.
 //
-// The gradient of a particle is a third of its faces' area, and grows with them. Where stiff edges are not resolved, a
-// particle whose faces are stretched is pushed out the more for it, which stretches them further: scans grew spikes of
-// hundreds of m/s. A particle is therefore pushed on no more than kMostStretched times the area that its faces have at
-// rest, at the size at which the body has its volume. What a clamped particle leaves is taken by the others, so that
-// the volume is met to first order all the same, and the momenta of the push that it lacks are given back to the body
-// as a rigid motion. Where nothing is clamped the bits are those of the plain projection.
+// The gradient at a particle is a third of its faces' area, and grows with them. Where stiff edges are not resolved,
+// the pressure on stretched faces stretches them further: scans grew spikes of hundreds of m/s. The gradient of a
+// particle is therefore clamped to kMaxStretch times the area of its faces at rest, scaled to the size at which the
+// body has its volume. The other particles take over the rest, so that the volume is still correct to first order, and
+// the momenta of the missing push are added to the body as a rigid motion. Without clamped particles the bits are those
+// of the plain projection.
 #pragma once
 #include "kernels/forces/angular_velocity.h"
 #include "kernels/parallel/reductions.h"
@@ -17,10 +17,10 @@
 
 namespace malha {
 
-/// The largest ratio of the area that pressure acts on to the area at rest: lengths that double.
-inline constexpr double kMostStretched = 4;
+/// Largest ratio of the area on which pressure acts to the area at rest, that of doubled lengths.
+inline constexpr double kMaxStretch = 4;
 
-/// What a triangle adds to the enclosed volume, m^3.
+/// Contribution of a triangle to the enclosed volume, m^3.
 template <class At>
 struct EnclosedVolume {
   At p;
@@ -60,7 +60,7 @@ struct Fans {
   }
 };
 
-/// Stores the gradient where the substep begins, clamped to `most`, and sums up.
+/// Stores the gradient at the start of the substep, clamped to `most`, and returns its sums.
 template <class R>
 struct PressureGradient {
   Fans<R, StartPositions<R>> fans;
@@ -87,15 +87,15 @@ struct PressureGradient {
   }
 };
 
-/// How fast the volume grows along a way that was found for the gradient at the substep's start: w grad of it, or what
-/// a filter makes of that (`way`, of each particle).
+/// Derivative of the volume along the direction of the projection: w grad at the start of the substep, or what a filter
+/// makes of that (`way`, of each particle).
 struct AlongSum {
   double now = 0, start = 0;
   KERNEL AlongSum& operator+=(const AlongSum& o) {
     now += o.now, start += o.start;
     return *this;
   }
-  /// Half of what it was at the start counts at least: a body that has turned far is pushed the less.
+  /// At least half of the value at the start: after a large rotation the push is smaller.
   KERNEL double value() const { return max(now, 0.5 * start); }
 };
 template <class R>
@@ -123,7 +123,7 @@ struct InertiaSum {
   }
 };
 
-/// What the launches of a projection leave for each other.
+/// State between the launches of a projection.
 struct PressureState {
   Sum volume;        // m^3
   GradientSum sums;  // of the gradient at the start of a substep
@@ -133,11 +133,11 @@ struct PressureState {
   bool moves = false;
   Vector3<double> centre{}, shift{}, turn{};  // m, from the origin particle; of the rigid motion, per unit of lambda
 
-  /// A body that pins hold has no momenta to keep.
+  /// Momenta are corrected only for bodies with clamped particles and without pins.
   KERNEL bool returns_momenta() const { return sums.clamped > 0 && sums.pinned == 0; }
 };
 
-/// Of one item; nothing where no momenta are to be given back.
+/// Contribution of one item; 0 if no momenta are corrected.
 template <class R>
 struct MeasureInertia {
   const PressureState* state;
@@ -156,8 +156,8 @@ struct MeasureInertia {
   }
 };
 
-/// At the start of a substep: the rigid motion with the momenta of the push that clamped particles lack. It changes no
-/// volume.
+/// Computes, at the start of a substep, the rigid motion with the momenta of the push that clamped particles lack. It
+/// does not change the volume.
 struct StartPressure {
   PressureState* state;
   KERNEL void operator()(int) const {
@@ -177,7 +177,7 @@ struct StartPressure {
   }
 };
 
-/// The push (XPBD, Macklin et al. 2016, equation 18). One item.
+/// Computes dlambda (XPBD, Macklin et al. 2016, equation 18). Launched with one item.
 struct PushPressure {
   PressureState* state;
   double target;  // m^3
@@ -192,15 +192,15 @@ struct PushPressure {
   }
 };
 
-/// The gradient as a force on each particle of the mesh. One item.
+/// Stores the gradient as a force on each particle of the mesh.
 template <class R>
-struct PutPressure {
+struct StorePressureForce {
   const int* particle;
   Points<R> grad, force;
   KERNEL void operator()(int item) const { force.set(particle[item], grad[item]); }
 };
 
-/// d += way dlambda. One particle of the body.
+/// d += way dlambda for the particles of the body.
 template <class R>
 struct ApplyFilteredPressure {
   Displaced<R> p;

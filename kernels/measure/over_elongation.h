@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How far distance limits are exceeded.
+// Excess over maximal lengths.
 #pragma once
 #include "kernels/simd/particles.h"
 
@@ -13,7 +13,7 @@ struct Largest {
   }
 };
 
-/// |p_i - p_j| / longest - 1.
+/// The excess |p_i - p_j| / longest - 1.
 template <class R, class At>
 struct MeasureExcess {
   At p;

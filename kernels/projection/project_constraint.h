@@ -301,14 +301,14 @@ struct ProjectGathered {
   // Addresses are cheaper to recompute than to keep: there are more of them than registers.
   KERNEL Corners read(int pack) const {
     Corners corners;
-    for (int j = 0; j < n; ++j) local.gather(unknown(index[j]) + pack * lanes, corners.q[j]);
+    for (int j = 0; j < n; ++j) local.gather(opaque(index[j]) + pack * lanes, corners.q[j]);
     return corners;
   }
   KERNEL void compute(int pack, Corners& corners) const {
     correct(corners.q, rest.template read<S>(pack * lanes), pack * lanes);
   }
   KERNEL void write(int pack, const Corners& corners) const {
-    for (int j = 0; j < n; ++j) local.scatter(unknown(index[j]) + pack * lanes, corners.q[j].d);
+    for (int j = 0; j < n; ++j) local.scatter(opaque(index[j]) + pack * lanes, corners.q[j].d);
   }
 };
 

@@ -127,7 +127,7 @@ struct NarrowPhase {
       Seen<S> seen;
       const auto inside = weigh<kind>(x, seen.w);
       const Vector3<S> e1 = x[1] - x[0], e2 = x[2] - x[0], e3 = x[3] - x[0];
-      const Vector3<S> apart = apart_by(x, seen.w);
+      const Vector3<S> apart = closest_difference(x, seen.w);
       const S d2 = dot(apart, apart);
       seen.distance = sqrt(d2);
       seen.n = apart * (S(R(1)) / seen.distance);

@@ -44,7 +44,7 @@ KERNEL S min_swept_distance(const SweptBounds<R>& reach, const PairIndices& at) 
   S beyond[4], unused, w[4];
   for (int j = 0; j < 4; ++j) gather_rows(reach.from, at.of[j], x[j], beyond[j]);
   weigh<kind>(x, w);
-  const Vector3<S> apart = apart_by(x, w);
+  const Vector3<S> apart = closest_difference(x, w);
   const Vector3<S> n = apart * (S(R(1)) / sqrt(dot(apart, apart)));
   const S diagonal = abs(n.x) + abs(n.y) + abs(n.z);
   // Along whatever n, the sides come no nearer than this.
@@ -71,7 +71,7 @@ KERNEL S required_distance(const SweptBounds<R>& reach, R thickness, const PairI
   S body[4], w[4];
   for (int j = 0; j < 4; ++j) gather_rows(reach.rest, at.of[j], x[j], body[j]);
   weigh<kind>(x, w);
-  const Vector3<S> there = apart_by(x, w);
+  const Vector3<S> there = closest_difference(x, w);
   const S min_distance(thickness);
   return select(body[0] == body[3], min(min_distance, sqrt(dot(there, there)) * S(R(0.5))), min_distance);
 }

@@ -88,15 +88,15 @@ void instantiate_all() {
   instantiate<ReconstructPrevious<R>, KeepHeld<R>, MeasureRuns<R>, RefineMassShares<R>, StartLocal<R>, MoveLocal<R>>();
   instantiate<FindEdgePairs<R, false>, FindEdgePairs<R, true>, LayEdgeContacts<R>, EnterParticles<R>>();
   instantiate_groups<MeasureMomenta<R, R, false, false>, MeasureMomenta<R, R, false, true>,
-                     MeasureMomenta<R, R, true, false>, MeasureMomenta<R, double, false, true>, NoteMomenta,
+                     MeasureMomenta<R, R, true, false>, MeasureMomenta<R, double, false, true>, StoreMomenta,
                      AddRigidMotion<R>, DampTowardsRigid<R>>();
-  instantiate<ComputeMomentumCorrection<R>, FindRigidMotion<R>, FindMean, SumTorque<R>, FindTurn>();
+  instantiate<ComputeMomentumCorrection<R>, ComputeRigidMotion<R>, FindMean, SumTorque<R>, FindTurn>();
   instantiate<Predict<R>, Drag<R>, UpdateState<R>, AdvanceAll<R>, SetOrigins<R>>();
   instantiate<SumMass<R>, MeasureMotion<R>>();
   instantiate<EnclosedVolume<Points<R>>, EnclosedVolume<Displaced<R>>, PressureGradient<R>, MeasureInertia<R>,
-              SumAlongPressure<R>, PutPressure<R>, ApplyFilteredPressure<R>, ApplyPressure<R>>();
-  instantiate<ReduceRun<Largest, MeasureBeyondReach<R>>, LimitReach<R>, FacesInAir<R>, BlowOnParticles<R>,
-              MeasureSpeed<R>, MeasureBounds<R>, Still<R>>();
+              SumAlongPressure<R>, StorePressureForce<R>, ApplyFilteredPressure<R>, ApplyPressure<R>>();
+  instantiate<ReduceRun<Largest, MeasureBeyondReach<R>>, LimitReach<R>, FacesInAir<R>, ApplyWindForces<R>,
+              MeasureSpeed<R>, MeasureBounds<R>, ClearVelocity<R>>();
   instantiate<Place<R>, Arrive<R>, SetInverseMass<R>, Attach<R>, MeasureAttachment<R>,
               GatherUserParticles<R, Points<R>>, GatherUserParticles<R, Displaced<R>>, ScatterUserParticles<R>>();
   instantiate<ResolveContact<R>, ApplyRestitution<R>, CountContact<R>, InvalidateContacts<R>>();

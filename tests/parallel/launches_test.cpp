@@ -82,12 +82,12 @@ const std::vector<NamedBlock>& blocks() {
        "/wind",
        R"({"velocity": [1, 0, 0], "density": 1.2})",
        R"({"velocity": [1, 0, 0], "density": 0})",
-       {"FacesInAir", "BlowOnParticles"}},
+       {"FacesInAir", "ApplyWindForces"}},
       {"damping",
        "/bodies/0/damping",
        "0.1",
        "0",
-       {"MeasureMomenta", "NoteMomenta", "FindRigidMotion", "DampTowardsRigid"}},
+       {"MeasureMomenta", "StoreMomenta", "ComputeRigidMotion", "DampTowardsRigid"}},
       {"long_range", "/bodies/0/constraints/1", R"({"type": "long_range"})", nullptr, {"LimitReach"}},
       {"moved pins",
        "/bodies/0/pins/0/motion",
@@ -178,7 +178,7 @@ TEST(Launches, OfTheCorrectorAreSixAStepWhereABodyIsFree) {
   EXPECT_EQ(kept.of("SolvePatch<float>"), 4);
   EXPECT_EQ(kept.of("MeasureMomenta<float, float, false, false>"), 1);
   EXPECT_EQ(kept.of("MeasureMomenta<float, float, false, true>"), 1);
-  EXPECT_EQ(kept.of("NoteMomenta"), 2);
+  EXPECT_EQ(kept.of("StoreMomenta"), 2);
   EXPECT_EQ(kept.of("ComputeMomentumCorrection<float>"), 1);
   EXPECT_EQ(kept.of("AddRigidMotion<float>"), 1);
   Json held = traced_cloth();
