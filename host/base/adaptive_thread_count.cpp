@@ -37,7 +37,7 @@ void ThreadChoice::look_alone(double step, double spent, bool crowded) {
   alone_ = step, crowded_ = crowded;
   if (trial_) {
     lost_crowded_ = crowded, lost_at_ = step;
-    // A trial that was of no use is made again half as often.
+    // An unsuccessful trial is repeated half as often.
     return step < usual_ ? decide(false, kRarely * std::max(kWindow, usual_))
                          : decide(true, std::max(std::min(2 * wait_, kLongest), kRarely * spent));
   }

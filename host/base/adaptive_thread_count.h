@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// On how many threads a step runs: on all, or on one where other programs use the cores.
+// Adaptive number of threads of a step: all, or one where other programs use the cores.
 #pragma once
 #include "host/base/scoped_value.h"
 #include "host/base/stopwatch.h"
@@ -8,7 +8,7 @@
 namespace malha {
 
 /// A team waits for its slowest thread: where other programs take its cores in turns, it can be many times slower than
-/// one thread alone. Which of both is faster is tried, never guessed, and trials of the slower one take about a
+/// one thread alone. The choice is by trials, and trials of the slower one take about a
 /// twentieth of all time. Results do not depend on it, because partitions do not.
 class ThreadChoice {
  public:

@@ -10,7 +10,7 @@ namespace malha {
 
 namespace {
 
-/// Takes the means over mass of four columns from them: what rounding left there.
+/// Removes the mass-weighted means of four columns, which are rounding errors.
 void remove_means(const std::vector<double>& mass, double per_mass, std::vector<Vec4<double>>& columns) {
   Vec4<double> mean{0, 0, 0, 0};
   for (std::size_t i = 0; i < columns.size(); ++i) {

@@ -11,11 +11,11 @@
 
 namespace malha {
 
-/// T: what its numbers are stored as, and computed with.
+/// T: type of storage and computation.
 template <class Executor, class T>
 class SparseFilter {
  public:
-  /// Without numbers yet: `take` is to be called for every supernode.
+  /// Allocates the filter: `take` must be called for every supernode.
   SparseFilter(const Executor& executor, int threads, const SpringSystem& system, const Supernodes& all,
                const Subtrees& cut)
       : executor_(executor), plan_(plan_sparse(system, all, cut)) {
@@ -30,11 +30,11 @@ class SparseFilter {
     width_ = std::max(1, std::min({threads, tasks, static_cast<int>(plan_.values / kGrain)}));
     own_ = workspace(width_);
     find_stretches();
-    // What the executor holds is not kept twice.
+    // Data in the executor's memory are released on the host.
     plan_.rows = {}, plan_.particle = {}, plan_.above = {}, plan_.sum = {}, plan_.from = {};
   }
 
-  /// Rounds a panel of the factor and keeps it.
+  /// Rounds and stores a panel of the factor.
   void take(int supernode, const double* numbers) {
     const Panel& panel = plan_.panels[plan_.panel_of[supernode]];
     T* to = values_.to_fill() + panel.at;
@@ -44,10 +44,10 @@ class SparseFilter {
           *to++ = r < panel.height() ? T(numbers[std::int64_t(j) * panel.height() + r]) : T(0);
   }
 
-  /// All numbers are taken.
+  /// Called after the last `take`.
   void send() { values_.send(); }
 
-  /// What a product works in.
+  /// Scratch memory of a product.
   struct Workspace {
     Array<Executor, Vec4<T>> work, top;
     Array<Executor, char> memory;
@@ -61,7 +61,7 @@ class SparseFilter {
     return made;
   }
 
-  /// Filters forces: S takes them from `io` and gives accelerations back.
+  /// Applies S to the forces of `io`, and stores accelerations.
   template <class R>
   void apply(const FilterIo<R>& io) const {
     const Points<R>&force = io.force, &a = io.acceleration;
@@ -101,15 +101,15 @@ class SparseFilter {
   }
 
  private:
-  static constexpr std::size_t kCache = 4 << 20;  // a core's own caches, with some room: less is found there anyway
-  static constexpr std::int64_t kGrain = 16384;   // numbers of panels that are worth a thread: some microseconds
+  static constexpr std::size_t kCache = 4 << 20;  // a core's own caches, roughly: smaller panels stay there
+  static constexpr std::int64_t kGrain = 16384;   // entries of panels per thread at least, some microseconds
 
-  /// Panels of the top that are worked on one after the other by one thread, or a single wide one by all threads.
+  /// Panels of the top that one thread solves in order, or a single wide one for all threads.
   struct Stretch {
     int begin, end;
     bool wide;
   };
-  static constexpr std::int64_t kWide = 8192;  // numbers: as long as the launches that they would be shared out with
+  static constexpr std::int64_t kWide = 8192;  // entries: as much time as the launches of a parallel solve
 
   void find_stretches() {
     const FilterTask& top = plan_.tasks.back();

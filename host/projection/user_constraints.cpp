@@ -100,10 +100,10 @@ void project(const UserConstraint& constraint, int count, const int* number, dou
       sum += w[j] * dot(gradient[j], along[j]), now += w[j] * dot(gradient[j], gradient[j]);
       way = std::max(way, w[j] * norm(along[j])), size = std::max(size, norm(minus(start[j], start[c * k])));
     }
-    // Of one particle alone there is no size: its direction is that where it is.
+    // A constraint of one particle has no size: its direction is the current gradient.
     const bool small = sum > 0 && std::abs(C[c]) * way <= kMaxStartCorrection * size * sum;
     if (!small) sum = now;
-    if (!(sum > 0)) continue;  // nothing can move, or C has no slope: as of a constraint that does not act now
+    if (!(sum > 0)) continue;  // no movable particle, or no gradient: the constraint does not act
     const double change = (-C[c] - alpha * lambda[c]) / (sum + alpha);
     lambda[c] += change;
     for (int j = c * k; j < (c + 1) * k; ++j)

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The product S F with S dense and symmetric, for three right-hand sides at once. Each number of S is stored and read
-// once, and serves its row and its column.
-// Rows go by blocks of 16. Left of the diagonal a block is four panels of four rows, 16 columns after 16; the 16 x 16
-// on the diagonal is whole. Right-hand sides and sums are 16 x, 16 y, 16 z a block.
+// The product S F with a dense symmetric S, for three right-hand sides at once. Each entry of S is stored and read
+// once, for its row and its column. Rows are in blocks of 16. Left of the diagonal a block is four panels of four rows,
+// 16 columns after 16; the 16 x 16 block on the diagonal is stored in full. Right-hand sides and sums are 16 x, 16 y,
+// 16 z per block.
 #pragma once
 #include "kernels/filter/filter_io.h"
 #include "kernels/simd/tile.h"
@@ -10,40 +10,40 @@
 namespace malha {
 
 inline constexpr int kDenseRows = 16;
-/// S is asked for this far ahead, bytes. (Without, one thread reads from memory half as fast: 11 instead of 27 GB/s.)
+/// Prefetch distance in S, bytes. (Without it one thread reads from memory half as fast: 11 instead of 27 GB/s.)
 inline constexpr int kDenseAhead = 8192;
-/// Numbers of a block of right-hand sides.
+/// Size of a block of right-hand sides, numbers.
 inline constexpr int kDenseSides = 3 * kDenseRows;
 
-/// Numbers of S before the block of rows `b`.
+/// Number of entries of S before the block of rows `b`.
 KERNEL long long dense_numbers(long long b) { return kDenseRows * kDenseRows * (b * (b + 1) / 2); }
 
-/// Blocks of rows of one body, worked on together: their sums are their own.
+/// Consecutive blocks of rows of one body that one group multiplies, with sums of its own.
 struct DenseChunk {
   int begin, end;  // blocks of rows
-  long long at;    // of the body's numbers of S
-  int x;           // block of the body's first right-hand sides
-  int y;           // block of its first sum: one for every block of rows before `end`
+  long long at;    // offset of the body's entries of S
+  int x;           // first block of the body's right-hand sides
+  int y;           // first block of its sums, one for every block of rows before `end`
 };
 
-/// A block of rows of the result: which chunks have sums of it.
+/// A block of rows of the result, and the chunks that have sums of it.
 struct DenseRow {
   int chunk, chunks;
   int b;  // in the body
 };
 
-/// V: what S is stored as; T: what it is computed with.
+/// V: storage type of S; T: type of the computation.
 template <class V, class T>
 struct DenseView {
   const DenseChunk* chunks;
   const DenseRow* rows;
   const V* values;
   const int* particle;  // of each row; -1: padding
-  const T* scale;       // of each row, where V are integers: S_ij = scale_i scale_j value; else none
+  const T* scale;       // of each row if V is an integer, S_ij = scale_i scale_j value; otherwise null
   T *x, *y;
 };
 
-/// Numbers of fast memory that a block of threads needs for the sums of a panel.
+/// Fast memory of a block of threads for the sums of a panel, numbers.
 inline constexpr int kDenseSums = 4 * kDenseSides;
 
 /// y = S x over a chunk.
@@ -109,7 +109,7 @@ struct MultiplyDense {
     }
   }
 
-  /// A thread has one of the sixteen columns, of x, y or z.
+  /// On a device each thread has one of the sixteen columns, of x, y or z.
   template <class Threads>
   KERNEL static void panel(const Block<Threads>& block, const V* values, const T* x, T* y, int b, int q) {
     T* sums = static_cast<T*>(block.memory);
@@ -150,7 +150,7 @@ struct MultiplyDense {
   }
 };
 
-/// Right-hand sides of a block of rows.
+/// Gathers the right-hand sides of a block of rows.
 template <class V, class T, class Io>
 struct GatherDense {
   DenseView<V, T> view;
@@ -166,7 +166,7 @@ struct GatherDense {
   }
 };
 
-/// The chunks' sums of a block of rows, in their order, and out to the particles.
+/// Adds up the chunks' sums of a block of rows in order, and stores the result by particle.
 template <class V, class T, class Io>
 struct SumDense {
   DenseView<V, T> view;

@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// What goes into a filter and what comes out, by particle.
+// Input and output of a filter, by particle.
 #pragma once
 #include "kernels/simd/particles.h"
 
 namespace malha {
 
+/// Forces in, accelerations out.
 template <class R>
 struct FilterIo {
   Points<R> force;         // N
   Points<R> acceleration;  // m/s^2
-  bool adds;               // to what is there
+  bool adds;               // adds to the accelerations instead of storing them
 
   template <class T>
   KERNEL Vec4<T> load_rhs(int particle) const {
@@ -22,7 +23,7 @@ struct FilterIo {
   }
 };
 
-/// No forces, and no accelerations of what the filter leaves as it is.
+/// Sets forces and accelerations to 0, for particles outside of the filter too.
 template <class R>
 struct ClearFilterIo {
   FilterIo<R> io;
@@ -32,8 +33,8 @@ struct ClearFilterIo {
   }
 };
 
-/// Four columns of S at once, by unknown: forces of 1 on the unknowns first .. first + 3, one a right-hand side. Of a
-/// free body without the mean force, which S would answer with a mean that drowns the rest.
+/// Input and output for four columns of S at once, by unknown: unit forces on the unknowns first .. first + 3, one per
+/// right-hand side. On a free body without their mean, whose response would cancel the digits of the rest.
 struct ColumnIo {
   int first;
   const double* mass;  // kg, of each unknown

@@ -36,15 +36,15 @@ KERNEL Box<R> merge(const Box<R>& a, const Box<R>& b) {
 
 /// Swept bounds of the particles in a substep: from x along d, larger by `margin` in every direction.
 template <class R>
-struct Reaches {
+struct ParticleBounds {
   ScatteredPoints<R> x, d;
   R margin;
   Box<R>* boxes;  // of the particles
 };
 
 template <class R>
-struct BoxParticles {
-  Reaches<R> reaches;
+struct ComputeParticleBounds {
+  ParticleBounds<R> reaches;
   KERNEL void operator()(int i) const {
     const Vector3<R> a = reaches.x[i], b = a + reaches.d[i];
     const R m = reaches.margin;

@@ -114,7 +114,7 @@ struct ContactRules {
 template <class R>
 struct EvaluateCandidate {
   const Candidate* candidates;
-  Reaches<R> reaches;
+  ParticleBounds<R> reaches;
   ContactRules<R> rules;
 
   /// Weights at the closest points of the four x.

@@ -90,7 +90,8 @@ void instantiate_all() {
   instantiate_groups<MeasureMomenta<R, R, false, false>, MeasureMomenta<R, R, false, true>,
                      MeasureMomenta<R, R, true, false>, MeasureMomenta<R, double, false, true>, StoreMomenta,
                      AddRigidMotion<R>, DampTowardsRigid<R>>();
-  instantiate<ComputeMomentumCorrection<R>, ComputeRigidMotion<R>, FindMean, SumTorque<R>, FindTurn>();
+  instantiate<ComputeMomentumCorrection<R>, ComputeRigidMotion<R>, ComputeMeanMotion, SumTorque<R>,
+              ComputeAngularAcceleration>();
   instantiate<Predict<R>, Drag<R>, UpdateState<R>, AdvanceAll<R>, SetOrigins<R>>();
   instantiate<SumMass<R>, MeasureMotion<R>>();
   instantiate<EnclosedVolume<Points<R>>, EnclosedVolume<Displaced<R>>, PressureGradient<R>, MeasureInertia<R>,
@@ -100,7 +101,7 @@ void instantiate_all() {
   instantiate<Place<R>, Arrive<R>, SetInverseMass<R>, Attach<R>, MeasureAttachment<R>,
               GatherUserParticles<R, Points<R>>, GatherUserParticles<R, Displaced<R>>, ScatterUserParticles<R>>();
   instantiate<ResolveContact<R>, ApplyRestitution<R>, CountContact<R>, InvalidateContacts<R>>();
-  instantiate<BoxParticles<R>, SumMotion<R>, OwnMotion<R>, StartSearch<R>, CountMeetings<R>>();
+  instantiate<ComputeParticleBounds<R>, SumMotion<R>, OwnMotion<R>, StartSearch<R>, CountMeetings<R>>();
   instantiate<EstimateMassShares<R>, SplitMasses<R>, SolveContactsJacobi<R, ObjectFriction<R>>,
               GatherPushes<R, TurnToWorld>, CountPushing<R>>();
   instantiate<FindCrossing<R>, HoldParticles<R, PlaceLocal<R>>, SumHeld<R>, SumHeldMotion<R>, AddRigidGain<R>,
