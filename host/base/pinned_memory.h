@@ -39,7 +39,7 @@ struct Readable {
 template <class T>
 using ReadableVector = std::vector<T, Readable<T>>;
 
-/// Numbers that nobody sets, or zeros.
+/// Uninitialised numbers, or zeros.
 template <class T>
 using ReadableArray = std::unique_ptr<T[], void (*)(void*)>;
 template <class T>

@@ -29,7 +29,7 @@ class SparseFilter {
     const auto tasks = static_cast<int>(plan_.tasks.size()) - 1;
     width_ = std::max(1, std::min({threads, tasks, static_cast<int>(plan_.values / kGrain)}));
     own_ = workspace(width_);
-    find_stretches();
+    find_top_ranges();
     // Data in the executor's memory are released on the host.
     plan_.rows = {}, plan_.particle = {}, plan_.above = {}, plan_.sum = {}, plan_.from = {};
   }
@@ -70,8 +70,8 @@ class SparseFilter {
   }
 
   int launches() const {
-    int all = stretches_.empty() ? 2 : 4;
-    for (const Stretch& stretch : stretches_) all += stretch.wide ? 5 : 2;
+    int all = ranges_.empty() ? 2 : 4;
+    for (const TopRange& stretch : ranges_) all += stretch.wide ? 5 : 2;
     return all;
   }
   std::int64_t numbers() const { return plan_.values; }
@@ -92,8 +92,8 @@ class SparseFilter {
     parallel_groups(team, 0, tasks, memory, ForwardTask<T, Io>{view, io});
     if (top.panels > 0) {
       parallel_pieces(team, top.own, kTopPlaces, SumTop<T, Io>{view, io});
-      for (const Stretch& stretch : stretches_) forward_solve(team, view, stretch, memory, first);
-      for (auto stretch = stretches_.rbegin(); stretch != stretches_.rend(); ++stretch)
+      for (const TopRange& stretch : ranges_) forward_solve(team, view, stretch, memory, first);
+      for (auto stretch = ranges_.rbegin(); stretch != ranges_.rend(); ++stretch)
         backward_solve(team, view, *stretch, memory, first, second);
       parallel_pieces(team, top.own, kTopPlaces, ScatterRoot<T, Io>{view, io});
     }
@@ -105,23 +105,23 @@ class SparseFilter {
   static constexpr std::int64_t kGrain = 16384;   // entries of panels per thread at least, some microseconds
 
   /// Panels of the top that one thread solves in order, or a single wide one for all threads.
-  struct Stretch {
+  struct TopRange {
     int begin, end;
     bool wide;
   };
   static constexpr std::int64_t kWide = 8192;  // entries: as much time as the launches of a parallel solve
 
-  void find_stretches() {
+  void find_top_ranges() {
     const FilterTask& top = plan_.tasks.back();
     for (int p = top.panel; p < top.panel + top.panels; ++p) {
       const bool wide = std::int64_t(plan_.panels[p].columns) * plan_.panels[p].height() > kWide;
-      if (wide || stretches_.empty() || stretches_.back().wide) stretches_.push_back({p, p, wide});
-      stretches_.back().end = p + 1;
+      if (wide || ranges_.empty() || ranges_.back().wide) ranges_.push_back({p, p, wide});
+      ranges_.back().end = p + 1;
     }
   }
 
   template <class Team>
-  void forward_solve(const Team& team, const SparseView<T>& view, const Stretch& stretch, const ScratchMemory& memory,
+  void forward_solve(const Team& team, const SparseView<T>& view, const TopRange& stretch, const ScratchMemory& memory,
                      Vec4<T>* rows) const {
     if (!stretch.wide)
       return parallel_groups(team, 0, 1, memory, SolveRootSmall<T, true>{view, stretch.begin, stretch.end});
@@ -130,7 +130,7 @@ class SparseFilter {
     parallel_pieces(team, panel.columns, kTopPlaces, StoreRoot<T>{view, panel, rows});
   }
   template <class Team>
-  void backward_solve(const Team& team, const SparseView<T>& view, const Stretch& stretch, const ScratchMemory& memory,
+  void backward_solve(const Team& team, const SparseView<T>& view, const TopRange& stretch, const ScratchMemory& memory,
                       Vec4<T>* rows, Vec4<T>* own) const {
     if (!stretch.wide)
       return parallel_groups(team, 0, 1, memory, SolveRootSmall<T, false>{view, stretch.begin, stretch.end});
@@ -145,7 +145,7 @@ class SparseFilter {
 
   Executor executor_;
   SparsePlan plan_;
-  std::vector<Stretch> stretches_;  // of the top
+  std::vector<TopRange> ranges_;  // of the top
   Array<Executor, Panel> panels_;
   Array<Executor, FilterTask> tasks_;
   Array<Executor, int> rows_, particle_, above_, sum_, from_;

@@ -17,18 +17,18 @@ class BodyMomenta {
   template <class Island>
   BodyMomenta(const Executor& executor, const std::vector<Island>& islands)
       : executor_(executor), count_(static_cast<int>(islands.size())) {
-    std::vector<ParticleRange> stretches;
+    std::vector<ParticleRange> ranges;
     for (int b = 0; b < count_; ++b) {
       const Island& island = islands[static_cast<std::size_t>(b)];
       MeasuredBody body{};
-      body.begin = static_cast<int>(stretches.size());
-      for (int i = 0; i < island.count; i += kStretch)
-        stretches.push_back({island.first + i, std::min(kStretch, island.count - i), b, island.first});
-      body.end = static_cast<int>(stretches.size());
+      body.begin = static_cast<int>(ranges.size());
+      for (int i = 0; i < island.count; i += kRangeSize)
+        ranges.push_back({island.first + i, std::min(kRangeSize, island.count - i), b, island.first});
+      body.end = static_cast<int>(ranges.size());
       start_.push_back(body);
     }
-    stretches_ = Array<Executor, ParticleRange>(stretches);
-    sums_ = Array<Executor, MomentaSum>(stretches.size(), MomentaSum{});
+    ranges_ = Array<Executor, ParticleRange>(ranges);
+    sums_ = Array<Executor, MomentaSum>(ranges.size(), MomentaSum{});
     bodies_ = Array<Executor, MeasuredBody>(start_);
     motions_ = Array<Executor, RigidMotion<R>>(islands.size(), RigidMotion<R>{});
     memory_ = Array<Executor, char>(kBytes * threads_of(executor), 0);
@@ -38,10 +38,10 @@ class BodyMomenta {
   template <class N, bool projected, bool inertia>
   void measure(const Particles<R>& particles, Measured what, double h = 1, const Vec3& gained = {}) {
     using Measure = MeasureMomenta<R, N, projected, inertia>;
-    const Measure sum{particles, stretches_.data(), sums_.data(), N(h), N(1 / h)};
+    const Measure sum{particles, ranges_.data(), sums_.data(), N(h), N(1 / h)};
     const StoreMomenta note{sums_.data(), bodies_.data(), Measure::n, what, {gained[0], gained[1], gained[2]}};
-    region([&](const auto& team, int stretches) {
-      parallel_groups(team, 0, stretches, {memory_.data(), kBytes}, sum);
+    region([&](const auto& team, int ranges) {
+      parallel_groups(team, 0, ranges, {memory_.data(), kBytes}, sum);
       parallel_groups(team, 0, count_, {}, note);
     });
   }
@@ -49,7 +49,7 @@ class BodyMomenta {
   template <class Find, class Use>
   void move(const Find& find, const Use& use) {
     parallel_for(executor_, count_, find);
-    region([&](const auto& team, int stretches) { parallel_groups(team, 0, stretches, {}, use); });
+    region([&](const auto& team, int ranges) { parallel_groups(team, 0, ranges, {}, use); });
   }
   /// Clears the measurements.
   void exclude(const std::vector<bool>& bodies) {
@@ -57,27 +57,27 @@ class BodyMomenta {
     bodies_.upload(start_);
   }
 
-  const ParticleRange* stretches() const { return stretches_.data(); }
+  const ParticleRange* ranges() const { return ranges_.data(); }
   MeasuredBody* bodies() const { return bodies_.data(); }
   RigidMotion<R>* motions() const { return motions_.data(); }
   std::size_t bytes() const {
-    return stretches_.bytes() + sums_.bytes() + bodies_.bytes() + motions_.bytes() + memory_.bytes();
+    return ranges_.bytes() + sums_.bytes() + bodies_.bytes() + motions_.bytes() + memory_.bytes();
   }
 
  private:
-  static constexpr int kStretch = 1024;  // particles of a range: many ranges for threads, but few sums
+  static constexpr int kRangeSize = 1024;  // particles of a range: many ranges for threads, but few sums
   static constexpr std::size_t kBytes = MeasureMomenta<R, double, false, true>::kBytes;  // the most
 
   template <class Work>
   void region(const Work& work) const {
-    const int stretches = static_cast<int>(stretches_.size());
-    parallel_region(executor_, stretches, [&](const auto& team) { work(team, stretches); });
+    const int ranges = static_cast<int>(ranges_.size());
+    parallel_region(executor_, ranges, [&](const auto& team) { work(team, ranges); });
   }
 
   Executor executor_;
   int count_;
   std::vector<MeasuredBody> start_;
-  Array<Executor, ParticleRange> stretches_;
+  Array<Executor, ParticleRange> ranges_;
   Array<Executor, MomentaSum> sums_;
   Array<Executor, MeasuredBody> bodies_;
   Array<Executor, RigidMotion<R>> motions_;

@@ -25,7 +25,7 @@ class Damping {
   void damp(const Particles<R>& particles) {
     bodies_.template measure<double, false, true>(particles, Measured::Now);
     bodies_.move(ComputeRigidMotion<R>{bodies_.bodies(), bodies_.motions()},
-                 DampTowardsRigid<R>{particles, bodies_.stretches(), bodies_.motions(), k_.data()});
+                 DampTowardsRigid<R>{particles, bodies_.ranges(), bodies_.motions(), k_.data()});
   }
 
   std::size_t bytes() const { return bodies_.bytes() + k_.bytes(); }

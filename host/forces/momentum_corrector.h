@@ -44,7 +44,7 @@ class MomentumCorrector {
   void restore_momenta(const Particles<R>& particles, bool known) {
     if (!known) bodies_.template measure<R, false, true>(particles, Measured::Now);
     bodies_.move(ComputeMomentumCorrection<R>{bodies_.bodies(), bodies_.motions()},
-                 AddRigidMotion<R>{particles, bodies_.stretches(), bodies_.motions()});
+                 AddRigidMotion<R>{particles, bodies_.ranges(), bodies_.motions()});
   }
 
   std::size_t bytes() const { return bodies_.bytes(); }

@@ -73,7 +73,7 @@ struct UserConstraintStats {
 };
 
 struct ContactStats {
-  long long looks = 0;                        // since the start, at particles that may have come near
+  long long looks = 0;                        // narrow-phase queries since the start
   long long queries = 0;                      // of all triangles of a mesh among them, by Embree
   int near = 0;                               // particles near a surface now, once for each mesh
   std::size_t near_bytes = 0, far_bytes = 0;  // of what is remembered of them, and of all others
@@ -85,8 +85,9 @@ struct EdgeStats {
   std::int64_t candidates = 0;  // pairs that may come near in the next substeps
   std::int64_t pairs = 0;       // that may in this one
   std::int64_t searches = 0;    // for pairs, at times more than one in a substep
-  std::int64_t laid_again = 0;  // in which constraints pulled so far that pairs were looked at twice
-  std::int64_t held = 0;        // in which something would have crossed
+  std::int64_t laid_again =
+      0;                  // substeps in which contacts were detected twice, because constraints moved particles far
+  std::int64_t held = 0;  // in which something would have crossed
   std::size_t bytes = 0;
 
   EdgeStats& operator+=(const EdgeStats& o) {
@@ -103,7 +104,7 @@ struct SelfStats {
   std::int64_t searches = 0;        // for pairs, at times more than one in a substep
   std::int64_t held = 0;            // substeps in which something would have crossed
   std::int64_t driven_through = 0;  // substeps in which bodies could not get out of the way of pins or objects
-  std::int64_t candidates = 0;      // that the last search looked at
+  std::int64_t candidates = 0;      // of the last search
   std::int64_t pairs = 0;           // and found
   int phases = 0;                   // patches of a phase share no particle
 };

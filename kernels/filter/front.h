@@ -6,7 +6,7 @@
 
 namespace malha {
 
-/// A matrix by columns that somebody else owns.
+/// View of a column-major matrix.
 template <class R>
 struct ColumnMajorView {
   R* data;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a substep of Position Based Dynamics keeps and how it converges: there and back, along the gradients where it
-// began, on displacements (METHODS, section 8). Bars come from what converged references and conserved quantities say.
+// Conservation and convergence of a substep of Position Based Dynamics: symmetric sweeps along the gradients at its
+// start (SHAKE: Ryckaert, Ciccotti, Berendsen 1977), on displacements. Bounds come from converged references and
+// conserved quantities.
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>

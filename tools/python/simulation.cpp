@@ -113,7 +113,7 @@ void add_state(Class& simulation) {
           "keyframes or with a release hold or have held.")
       .def_property_readonly(
           "inverse_masses", [](Running& s) { return array_of(s.now()->inverse_masses()); },
-          "float64 (N,), 1/kg: 0 where a particle is held now, by a pin or by hand.")
+          "float64 (N,), 1/kg: 0 for particles that a pin or hold() has now.")
       .def_property(
           "gravity", [](Running& s) { return py::tuple(py::cast(s.now()->model().scene.gravity)); },
           [](Running& s, const py::object& given) {
@@ -179,8 +179,8 @@ void add_hand(Class& simulation) {
           "Pulls a particle to a place (m) by a spring of this compliance (m/N). Takes interactive=True.")
       .def(
           "release", [](Running& s, int particle) { s.now()->release(particle); }, "particle"_a,
-          "Lets go of what hold() or pull() took.")
-      .def("handles", &held, "What hold() and pull() took: a list of dicts.")
+          "Releases a particle that hold() or pull() has.")
+      .def("handles", &held, "The handles of hold() and pull(): a list of dicts.")
       .def(
           "cut", [](Running& s, const py::object& edges) { return s.now()->cut(edges_of(edges)); }, "edges"_a,
           "Cuts bodies that name \"tear\" along edges (E, 2), particles (left, right) of the knife. Returns how many\n"
@@ -242,7 +242,7 @@ void add_results(Class& simulation) {
       .def(
           "save_state",
           [](Running& s) { return py::bytes(s.compute([](const Simulation& of) { return of.save_state(); })); },
-          "Everything that the next step depends on, as bytes, but for what is taken by hand, gravity, wind and pins.")
+          "Everything that the next step depends on, as bytes, except handles, gravity, wind and pins.")
       .def("restore_state", &Running::restore_state, "state"_a,
            "Restores what save_state() returned for the same scene: the very same bits follow as did then.");
 }
