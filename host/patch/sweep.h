@@ -212,7 +212,7 @@ class Sweep {
   static Update update_of(const ConstraintSet& set, int iterations) {
     if (!Kind::strength.accepts_stiffness) return takes_material<Kind>() ? Update::Material : Update::Compliant;
     if (!set.softness.empty()) return Update::Material;
-    // With several iterations each needs the total that was applied (kTaut, kernels/projection/direction.h): a
+    // With several iterations each needs the total that was applied (kMaxStartStep, kernels/projection/direction.h): a
     // compliance of 0 is the same as a stiffness of 1. Coarse constraints are swept once in a substep, whatever the
     // iterations.
     const bool hard = iterations > 1 && !stores_arrival(KindList<Kind>{}) && set.stiffness == 1;

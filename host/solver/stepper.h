@@ -96,12 +96,12 @@ class TimeStepper : public Solver {
   }
   void restore_after_split(const std::string& bytes, std::size_t particles, const std::vector<int>& from,
                            const std::array<double, kPassNames.size()>& seconds) final {
-    restore(save_state(carried(load(bytes, particles, "state"), from)), "state");
+    restore(save_state(remapped(load(bytes, particles, "state"), from)), "state");
     seconds_ = seconds;
   }
   void set_state(std::int64_t steps, const std::vector<Vec3>& x, const std::vector<Vec3>& v) final {
-    restore(save_state(displaced(state_to_save(), steps, in_solver_order(x, model_.user_index),
-                                 in_solver_order(v, model_.user_index))),
+    restore(save_state(moved_to(state_to_save(), steps, in_solver_order(x, model_.user_index),
+                                in_solver_order(v, model_.user_index))),
             "state");
     if (self_) self_->start_from(particles());
   }
@@ -511,7 +511,7 @@ class TimeStepper : public Solver {
     d_ = PointArray<Executor, R>(model_.x.size());
     if constexpr (kCompensated<R>) {
       State<R> start;
-      put_places(model_.x, start);
+      set_positions(model_.x, start);
       low_ = PointArray<Executor, R>(model_.x.size()), low_.upload(start.low);
     }
     std::vector<R> w(model_.w.begin(), model_.w.end());

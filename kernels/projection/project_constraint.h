@@ -89,7 +89,7 @@ struct SetView {
   R stiffness;                  // Stiff: k'
   R compliance;                 // otherwise: alpha~ = alpha / dt^2
   bool from_start;              // whether directions are gradients at the start of the substep
-  R max_start_step;             // kTaut (kernels/projection/direction.h)
+  R max_start_step;             // kMaxStartStep (kernels/projection/direction.h)
 };
 
 /// The rest values of a pack. In a lane without constraint (padding) every kind returns a zero gradient: in a run such
