@@ -54,21 +54,21 @@ refused() {  # refused PART VALUE CONCEPT
     faults=$((faults + 1))
   fi
 }
-refused NAME '' IsNamed
-refused ELEMENT '' StandsOnAnElement
-refused ELEMENT 'static constexpr Element element = Element::Triangles;' StandsOnAnElement
-refused INEQUALITY '' SaysWhetherItIsAnInequality
-refused STRAIN '' SaysWhetherItMeasuresStrain
-refused PARAMETER '' HasAParameter
-refused STRENGTH '' SaysHowStiffItCanBe
-refused STRENGTH 'static constexpr Strength strength{false, "young_modulus", "Pa"};' TurnsItsModulusToACompliance
-refused FILTERED '' SaysWhatTheFilterSees
-refused FILTERED 'static constexpr Filtered filtered = Filtered::Stencil;' HasAStencilIfItSaysSo
-refused INEQUALITY 'static constexpr bool inequality = true;' SaysWhatTheFilterSees
-refused DEGENERATE '' SaysWhatDegenerateInputGives
+refused NAME '' HasName
+refused ELEMENT '' HasElement
+refused ELEMENT 'static constexpr Element element = Element::Triangles;' HasElement
+refused INEQUALITY '' DeclaresInequality
+refused STRAIN '' DeclaresStrain
+refused PARAMETER '' HasParameter
+refused STRENGTH '' HasStrength
+refused STRENGTH 'static constexpr Strength strength{false, "young_modulus", "Pa"};' ConvertsModulus
+refused FILTERED '' DeclaresFiltered
+refused FILTERED 'static constexpr Filtered filtered = Filtered::Stencil;' HasStencilIfFiltered
+refused INEQUALITY 'static constexpr bool inequality = true;' DeclaresFiltered
+refused DEGENERATE '' DeclaresDegenerate
 refused NUMBERS '' HasRestValues
 refused REST '' HasRestValues
-refused EVALUATE '' IsEvaluatedIn
-refused EVALUATE 'static float evaluate(const Vector3<float> (&)[2], const float*, bool, Vector3<float> (&)[2], float&);' IsEvaluatedIn
+refused EVALUATE '' HasEvaluate
+refused EVALUATE 'static float evaluate(const Vector3<float> (&)[2], const float*, bool, Vector3<float> (&)[2], float&);' HasEvaluate
 printf '%d faults\n' "$faults"
 ((faults == 0))

@@ -7,6 +7,6 @@
 namespace malha {
 
 /// Other executors do not time their passes, and launch other kernels.
-inline bool scenes_run_on_host() { return make_elsewhere == nullptr; }
+inline bool scenes_run_on_host() { return make_solver_hook == nullptr; }
 
 }  // namespace malha

@@ -13,31 +13,31 @@ void ThreadChoice::took(double wall, double running) {
   const bool crowded = running_ < kCrowded * wall_;
   since_ += spent, steps_ = 0, wall_ = running_ = 0;
   if (together_)
-    look_together(step, spent, crowded);
+    observe_team(step, spent, crowded);
   else
-    look_alone(step, spent, crowded);
+    observe_single(step, spent, crowded);
 }
 
 void ThreadChoice::decide(bool together, double wait) {
   together_ = together, trial_ = false, since_ = 0, wait_ = wait;
 }
 
-void ThreadChoice::look_together(double step, double spent, bool crowded) {
+void ThreadChoice::observe_team(double step, double spent, bool crowded) {
   if (trial_) {
-    usual_ = step, known_ = true, lost_crowded_ = crowded_, lost_at_ = alone_;
-    return decide(step < alone_, step < alone_ ? 0 : kRarely * spent);
+    usual_ = step, known_ = true, lost_crowded_ = crowded_, lost_at_ = single_;
+    return decide(step < single_, step < single_ ? 0 : kRarely * spent);
   }
-  const bool slower = crowded || step > kSlower * usual_ || step > alone_;
+  const bool slower = crowded || step > kSlower * usual_ || step > single_;
   const bool tries = slower && since_ >= wait_;
   usual_ = tries ? step : std::min(step, usual_ * 1.02);  // scenes change
   if (tries) try_the_other();
 }
 
-void ThreadChoice::look_alone(double step, double spent, bool crowded) {
-  alone_ = step, crowded_ = crowded;
+void ThreadChoice::observe_single(double step, double spent, bool crowded) {
+  single_ = step, crowded_ = crowded;
   if (trial_) {
     lost_crowded_ = crowded, lost_at_ = step;
-    // A trial that was of no use is made again half as often.
+    // An unsuccessful trial is repeated half as often.
     return step < usual_ ? decide(false, kRarely * std::max(kWindow, usual_))
                          : decide(true, std::max(std::min(2 * wait_, kLongest), kRarely * spent));
   }

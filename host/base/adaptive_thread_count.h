@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// On how many threads a step runs: on all, or on one where other programs use the cores.
+// Adaptive number of threads of a step: all, or one where other programs use the cores.
 #pragma once
 #include "host/base/scoped_value.h"
 #include "host/base/stopwatch.h"
@@ -8,7 +8,7 @@
 namespace malha {
 
 /// A team waits for its slowest thread: where other programs take its cores in turns, it can be many times slower than
-/// one thread alone. Which of both is faster is tried, never guessed, and trials of the slower one take about a
+/// one thread alone. The choice is by trials, and trials of the slower one take about a
 /// twentieth of all time. Results do not depend on it, because partitions do not.
 class ThreadChoice {
  public:
@@ -21,7 +21,7 @@ class ThreadChoice {
   /// Takes a step on threads().
   template <class Step>
   void take(const Step& step) {
-    const ScopedValue<int> limit(most_threads, threads());
+    const ScopedValue<int> limit(max_threads, threads());
     const Took time = time_of(step);
     took(time.wall, time.running);
   }
@@ -49,8 +49,8 @@ class ThreadChoice {
   static constexpr double kSlower = 1.5;   // times its usual time: reason enough to try one thread
   static constexpr double kHeavier = 1.5;  // times what a step took when all lost: reason enough to try all again
 
-  void look_together(double step, double spent, bool crowded);
-  void look_alone(double step, double spent, bool crowded);
+  void observe_team(double step, double spent, bool crowded);
+  void observe_single(double step, double spent, bool crowded);
   void decide(bool together, double wait);
   void try_the_other() { together_ = !together_, trial_ = true; }
 
@@ -59,7 +59,7 @@ class ThreadChoice {
   int steps_ = 0;                                // of this window
   double wall_ = 0, running_ = 0;                // s, of this window
   double since_ = 0, wait_ = 3 * kWindow;        // s, since the last decision, and how long to keep to it
-  double alone_ = 0, usual_ = 0;                 // s, a step on one thread and on all, when last seen
+  double single_ = 0, usual_ = 0;                // s, a step on one thread and on all, when last seen
   double lost_at_ = 0;                           // s, a step on one thread when all lost
   bool known_ = false;                           // whether all were tried
   bool crowded_ = false, lost_crowded_ = false;  // whether others used the one thread's core: now, and when all lost

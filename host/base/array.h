@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Memory that kernels work on. A backend with memory of its own specialises Memory; solvers see only Array.
+// Arrays in the memory of an executor. A backend with memory of its own specialises Memory; solvers use only Array.
 #pragma once
 #if defined(__linux__)
 #include <sys/mman.h>
@@ -15,7 +15,7 @@
 
 namespace malha {
 
-/// A sweep over a large mesh walks through more arrays than there are entries for small pages.
+/// Asks for huge pages: a sweep over a large mesh uses more arrays than the TLB has entries for small pages.
 inline void prefer_huge_pages([[maybe_unused]] void* data, [[maybe_unused]] std::size_t bytes) {
 #if defined(__linux__)
   constexpr std::uintptr_t page = std::uintptr_t{1} << 21;
@@ -25,7 +25,7 @@ inline void prefer_huge_pages([[maybe_unused]] void* data, [[maybe_unused]] std:
 #endif
 }
 
-/// Where arrays of an executor live; this one serves every executor that runs on the host.
+/// Memory of an executor's arrays. This one is for every executor on the host.
 template <class Executor>
 struct Memory {
   static constexpr std::align_val_t kAlignment{64};  // one pack, one cache line
@@ -56,7 +56,7 @@ struct Memory {
   static bool has(const T* from, std::size_t count, const T& value) {
     return std::find(from, from + count, value) != from + count;
   }
-  static constexpr bool kOfTheHost = true;  // which may write there without a copy
+  static constexpr bool kOnHost = true;  // the host may write to it without a copy
 };
 
 /// A fixed number of plain T in the executor's memory; empty arrays allocate nothing.
@@ -69,7 +69,7 @@ class Array {
     data_ = static_cast<T*>(Memory<Executor>::allocate(bytes()));
     upload(values);
   }
-  /// Not filled: pages that are never written are never given.
+  /// Uninitialised memory, of which pages that are never written are never allocated.
   explicit Array(std::size_t size) : size_(size) {
     if (size_ > 0) data_ = static_cast<T*>(Memory<Executor>::allocate(bytes()));
   }
@@ -113,18 +113,18 @@ class Array {
   std::size_t size_ = 0;
 };
 
-/// An array that the host fills piece by piece: where it lies, or in memory of the host until it is sent.
+/// An array that the host fills piece by piece, in place or in host memory until it is uploaded.
 template <class Executor, class T>
 class FilledArray {
  public:
   FilledArray() = default;
   FilledArray(std::size_t size, const T& value) : array_(size, value) {
-    if (!Memory<Executor>::kOfTheHost) own_.assign(size, value);
+    if (!Memory<Executor>::kOnHost) own_.assign(size, value);
   }
-  T* to_fill() { return Memory<Executor>::kOfTheHost ? array_.data() : own_.data(); }
-  const T* filled() const { return Memory<Executor>::kOfTheHost ? array_.data() : own_.data(); }
+  T* to_fill() { return Memory<Executor>::kOnHost ? array_.data() : own_.data(); }
+  const T* filled() const { return Memory<Executor>::kOnHost ? array_.data() : own_.data(); }
   void send() {
-    if (!Memory<Executor>::kOfTheHost) array_.upload(own_), own_ = {};
+    if (!Memory<Executor>::kOnHost) array_.upload(own_), own_ = {};
   }
   T* data() const { return array_.data(); }
   std::size_t bytes() const { return array_.bytes(); }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sets that grow together: union-find.
+// Disjoint sets (union-find).
 #pragma once
 #include <algorithm>
 #include <numeric>
@@ -7,7 +7,7 @@
 
 namespace malha {
 
-/// The numbers from 0 on, at first each in a set of its own. A set's root is its lowest number.
+/// The numbers from 0 on, initially each in a set of its own. The root of a set is its lowest number.
 class DisjointSets {
  public:
   explicit DisjointSets(int numbers) : parent_(numbers) { std::iota(parent_.begin(), parent_.end(), 0); }

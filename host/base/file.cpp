@@ -33,8 +33,7 @@ constexpr std::size_t kMostWithoutSize = std::size_t{256} << 20;  // bytes that 
   throw std::runtime_error(printable(path.string()) + ": cannot " + what + ": " + std::strerror(code));
 }
 
-/// Some file systems cannot flush a folder, and some folders cannot be read: then the file's own flush is what there
-/// is.
+/// Flushes a folder. Some file systems cannot, and some folders cannot be read: then only the file itself is flushed.
 void flush_folder(const fs::path& path) {
   const fs::path folder = path.parent_path();
   const int descriptor = open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files that are there whole or not at all.
+// Atomic writing and reading of whole files, and locks of folders.
 #pragma once
 #include <filesystem>
 #include <string>
@@ -12,13 +12,13 @@ namespace malha {
 /// Throws std::runtime_error "PATH: cannot write: REASON" (full disk, no permission); the temporary file is removed.
 void write_whole(const std::filesystem::path& path, std::string_view bytes);
 
-/// The same of these pieces, one after the other.
+/// The same for the concatenation of these pieces.
 void write_whole(const std::filesystem::path& path, const std::vector<std::string_view>& pieces);
 
 /// The same, and safe from a power failure: file and folder are flushed to disk.
 void write_durably(const std::filesystem::path& path, const std::vector<std::string_view>& pieces);
 
-/// Throws what write_whole would throw for this path as far as that can be known before; leaves nothing behind.
+/// Throws what write_whole() would throw for this path, as far as that can be known before. Leaves no file behind.
 void check_writable(const std::filesystem::path& path);
 
 /// The bytes of a file. Throws std::runtime_error "PATH: cannot read: REASON"; OutOfMemory for more than there is free;
@@ -31,11 +31,12 @@ std::string read_input(const std::filesystem::path& path, const std::string& all
 /// Makes the folder and those above it. Throws std::runtime_error "PATH: cannot make the folder: REASON".
 void make_folder(const std::filesystem::path& path);
 
-/// Keeps other processes, and other locks of this one, from a folder while it lives. The lock is the open folder itself
-/// (flock): nothing is left behind, whatever ends the process. File systems without such locks are not guarded.
+/// Locks a folder against other processes, and other locks of this one, as long as the object exists. The lock is on
+/// the open folder itself (flock), so that nothing is left behind, whatever ends the process. File systems without such
+/// locks are not protected.
 class FolderLock {
  public:
-  /// Throws InputError where another holds the folder.
+  /// Throws InputError if another process or lock has the folder.
   explicit FolderLock(const std::filesystem::path& folder);
   ~FolderLock();
   FolderLock(const FolderLock&) = delete;

@@ -14,11 +14,12 @@ struct WeightedGraph {
   int count() const { return static_cast<int>(begin.size()) - 1; }
 };
 
-/// The part, 0 .. parts - 1, of each vertex: edges of little weight are cut, loads are alike. A part may be empty where
-/// there are few vertices. The same every time. Throws std::runtime_error where METIS gives up.
+/// Partitions a graph. Returns the part, 0 .. parts - 1, of each vertex; cut edges have little weight, and loads are
+/// balanced. A part may be empty if there are few vertices. The result is deterministic. Throws std::runtime_error if
+/// METIS fails.
 std::vector<int> cut_graph(const WeightedGraph& graph, int parts);
 
-/// Held while METIS runs: its random numbers are those of the C library, for all threads together.
+/// Mutex for METIS, whose random numbers are those of the C library, common to all threads.
 std::mutex& metis_turn();
 
 }  // namespace malha

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A hash of bytes, to tell whether two things are the same.
+// Hash of bytes.
 #pragma once
 #include <cstddef>
 #include <cstdint>

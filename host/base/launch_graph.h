@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Launches that are the same from step to step: an executor that can records them once, and replays them.
+// Launch graphs: a sequence of launches that is the same in every step is recorded once and replayed, by executors that
+// can (CUDA graphs).
 #pragma once
 #include <string>
 
@@ -7,11 +8,11 @@
 
 namespace malha {
 
-/// What an executor has recorded; of the host's, nothing.
+/// Recorded launches of an executor; those of the host record nothing.
 template <class Executor>
 struct Recording {};
 
-/// The bytes of numbers and addresses, one after the other.
+/// Key from the bytes of numbers and addresses.
 template <class... Values>
 std::string key_from(const Values&... values) {
   std::string bytes;
@@ -19,8 +20,8 @@ std::string key_from(const Values&... values) {
   return bytes;
 }
 
-/// Calls work(), which launches the same and reads nothing, wherever key() gives the same text: it holds all that the
-/// launches depend on. What work() itself repeats becomes part of it.
+/// Runs or replays work(), which must only launch kernels, and the same ones whenever key() is the same: the key has
+/// all that the launches depend on. Nested repeated() calls become part of the recording.
 template <class Executor, class Key, class Work>
 void repeated(const Executor& /*executor*/, Recording<Executor>& /*recording*/, const Key& /*key*/, const Work& work) {
   work();

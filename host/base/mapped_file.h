@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// The bytes of a file that need not fit into memory.
+// Memory-mapped files, which need not fit into memory.
 #pragma once
 #include <filesystem>
 #include <string_view>
 
 namespace malha {
 
-/// A whole file, mapped: the system reads what is looked at, and may forget it again. Nobody may shorten it meanwhile.
+/// A whole file as memory: the system loads pages on access, and may drop them again. The file must not be shortened.
 class MappedFile {
  public:
   /// Throws std::runtime_error "PATH: cannot read: REASON".

@@ -7,7 +7,7 @@
 
 namespace malha {
 
-/// The middle one of the values, the upper of two; 0 of none.
+/// The median of the values, the upper one of two; 0 of none.
 inline double median(std::vector<double> values) {
   if (values.empty()) return 0;
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);

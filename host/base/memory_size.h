@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// How much memory the machine has left.
+// Available memory of the machine.
 #pragma once
 #include <cstddef>
 #include <string>
 
 namespace malha {
 
-/// Bytes that can be taken without swapping; where the system does not say, more than there can be.
+/// Bytes that can be allocated without swapping; if unknown, the largest number.
 std::size_t available_memory();
 
 /// "1.5 GiB".

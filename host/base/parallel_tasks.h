@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Work on several threads that may throw, as all does that asks for memory: no exception may leave a parallel region.
+// Parallel loops whose tasks may throw, as any allocation may: no exception may leave a parallel region.
 #pragma once
 #include <exception>
 #include <mutex>
@@ -8,7 +8,7 @@
 
 namespace malha {
 
-/// As parallel_for. What the first of the tasks threw is thrown when all are done.
+/// As parallel_for. The first exception of a task is rethrown when all are done.
 template <class Executor, class Work>
 void parallel_tasks(const Executor& executor, int n, const Work& work, int grain = 0) {
   std::exception_ptr first;

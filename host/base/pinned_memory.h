@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Memory that the host writes and the kernels of a device read: the host's own, until a device says how it is to be
-// had.
+// Memory that the host writes and device kernels read: ordinary memory, unless a device sets an allocator.
 #pragma once
 #include <cstddef>
 #include <cstdlib>
@@ -10,7 +9,7 @@
 
 namespace malha {
 
-/// Where such memory comes from, and goes back to: whole lines of a cache, or zeros. Null: there is none.
+/// Allocator of such memory, in whole cache lines or filled with zeros. It returns null on failure.
 struct ReadableMemory {
   void* (*allocate)(std::size_t bytes, bool zeros) = [](std::size_t bytes, bool zeros) {
     constexpr std::size_t line = 64;  // zeros: pages that the system gives where they are touched
@@ -18,10 +17,10 @@ struct ReadableMemory {
   };
   void (*release)(void* data) = std::free;
 };
-/// What is made from now on comes from there; set before any thread makes something.
+/// The allocator of new arrays; must be set before any thread makes one.
 inline ReadableMemory readable_memory;
 
-/// As an allocator. Each array goes back to where it came from.
+/// Standard allocator interface. Each array is released by the allocator that made it.
 template <class T>
 struct Readable {
   using value_type = T;
@@ -40,7 +39,7 @@ struct Readable {
 template <class T>
 using ReadableVector = std::vector<T, Readable<T>>;
 
-/// Numbers that nobody sets, or zeros.
+/// Uninitialised numbers, or zeros.
 template <class T>
 using ReadableArray = std::unique_ptr<T[], void (*)(void*)>;
 template <class T>

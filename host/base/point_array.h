@@ -55,8 +55,8 @@ class PointArray {
   }
 
  private:
-  /// Whole packs, with one to spare: a load of a pack that starts at the last particle stays inside. The odd number of
-  /// cache lines keeps the coordinates of one particle out of the same set of the cache.
+  /// Padded to whole packs and one more, so that a pack may start at the last particle. The odd number of cache lines
+  /// keeps the coordinates of one particle out of the same cache set.
   std::size_t stride() const {
     const std::size_t packs = (size_ + kSlotPack - 1) / kSlotPack + 1;
     return (packs + (packs % 2 == 0 ? 0 : 1)) * kSlotPack;
@@ -66,7 +66,7 @@ class PointArray {
   Array<Executor, R> values_;
 };
 
-/// Points of four numbers each, for kernels that read them here and there.
+/// Points as rows of four numbers, for kernels that read them in no particular order.
 template <class Executor, class R>
 class ScatteredArray {
  public:

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sorting by keys and running sums (kernels/parallel/sort.h) with the memory that they take.
+// Radix sort and prefix sums (kernels/parallel/sort.h), with their memory.
 #pragma once
 #include "host/base/scratch_buffer.h"
 #include "kernels/parallel/sort.h"
 
 namespace malha {
 
-/// The parts of so many items: by their number alone.
+/// Partition of items, which depends on their number alone.
 struct WorkParts {
   explicit WorkParts(int items) {
     count = items / kLeast < 1 ? 1 : items / kLeast < kMost ? items / kLeast : kMost;
@@ -16,7 +16,7 @@ struct WorkParts {
   static constexpr int kLeast = 8192, kMost = 64;
 };
 
-/// values[i] becomes the sum of those before it; returns the sum of all.
+/// Exclusive prefix sum of the values in place; returns their total.
 template <class Executor>
 int running_sum(const Executor& executor, int* values, int count, ScratchBuffer<Executor, int>& memory) {
   const WorkParts parts(count);
@@ -29,11 +29,11 @@ int running_sum(const Executor& executor, int* values, int count, ScratchBuffer<
   return sum;
 }
 
-/// Items in the order of their keys, and where each key's begin.
+/// Sorts items by keys, and finds the range of each key.
 template <class Executor>
 class Sorter {
  public:
-  /// Where `count` items are to be written before sort().
+  /// Buffer for `count` items, to be filled before sort().
   Keyed* items(int count) {
     from_ = 0;
     return sides_[0].at_least(count);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A value that something has as long as a scope lasts, however it ends.
+// Assigns a value to a variable for the duration of a scope.
 #pragma once
 
 namespace malha {

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Memory that kernels work on and whose need changes from step to step.
+// Scratch memory whose required size changes from step to step.
 #pragma once
 #include "host/base/array.h"
 
 namespace malha {
 
-/// At least as many T as were last asked for; it grows by an eighth more and never shrinks. What it held is lost when
-/// it grows.
+/// An array of at least the requested size. It grows by an eighth more and never shrinks; growing discards its content.
 template <class Executor, class T>
 class ScratchBuffer {
  public:

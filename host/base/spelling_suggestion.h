@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// "Did you mean": the allowed word that a misspelt one is nearest to.
+// Spelling suggestions ("did you mean"): the allowed word that is closest to a misspelt one.
 #pragma once
 #include <string>
 #include <vector>

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whether this machine gives the threads that a run asks for.
+// Check that a number of threads can be started.
 #pragma once
 
 namespace malha {
 
-/// Throws OutOfMemory where so many threads cannot be started. OpenMP would end the program, with a status that says
-/// something else.
+/// Throws OutOfMemory if so many threads cannot be started. OpenMP would end the program, with a misleading status.
 void require_threads(int threads);
 
 }  // namespace malha

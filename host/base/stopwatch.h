@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How long a piece of work takes.
+// Measurement of time.
 #pragma once
 #include <time.h>
 
@@ -15,7 +15,7 @@ double seconds(F&& work) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-/// Seconds that work() takes on a core: without those in which this thread waits, or other programs run on its core.
+/// CPU time of work() on this thread, s: without waiting, and without other programs on its core.
 template <class F>
 double thread_seconds(F&& work) {
   const auto now = [] {

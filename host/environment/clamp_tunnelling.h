@@ -40,12 +40,12 @@ struct ClampTunnelling : EnvironmentView<R> {
     if (!(this->particles.w[i] > R(0)) || clamp_to_all_meshes(i)) return;
     // Each mesh pushes it behind another one: it stays where the substep began, unless a moving mesh pushes it from
     // there.
-    this->particles.p.stay(i);
+    this->particles.p.clear_displacement(i);
     if (!clamp_to_all_meshes(i)) unresolved[i / kGroupSize] |= 1ull << i % kGroupSize;
   }
 
   Point x(int i) const { return in_double(this->particles.x[i]); }
-  Point p(int i) const { return this->particles.p.went(i); }
+  Point p(int i) const { return this->particles.p.position_without_low(i); }
 
   /// Clamps a particle in front of every mesh in turn until it crosses none. Returns false if it still does.
   bool clamp_to_all_meshes(int i) const {
@@ -76,7 +76,7 @@ struct ClampTunnelling : EnvironmentView<R> {
     const Point n = normal(i, mesh, at);
     const double height = mesh.thickness - this->caches[k].overlap(i);
     const Point shift = rotate(mesh.after, n) * (height - dot(n, to_local(mesh.after, p(i)) - at.q));
-    this->particles.p.add(i, rounded<R>(shift));
+    this->particles.p.add_displacement(i, rounded<R>(shift));
     return true;
   }
 };
@@ -176,8 +176,8 @@ struct ClampRestitution : EnvironmentView<R> {
     for (int k = 0; k < this->count; ++k) {
       MovingSurface mesh = this->meshes[k];
       mesh.before = mesh.after;
-      if (crossing(mesh, in_double(this->particles.x[i]), this->particles.p.went(i)).hit)
-        return this->particles.p.stay(i);
+      if (crossing(mesh, in_double(this->particles.x[i]), this->particles.p.position_without_low(i)).hit)
+        return this->particles.p.clear_displacement(i);
     }
   }
 };

@@ -240,7 +240,7 @@ class EnvironmentCollider {
   }
 
  private:
-  static constexpr bool kOnHost = Memory<Executor>::kOfTheHost;
+  static constexpr bool kOnHost = Memory<Executor>::kOnHost;
   static constexpr int kGrain = 64;          // a query of a whole mesh costs about as much as a hundred plain updates
   static constexpr int kThreadGrain = 1024;  // fewer queries are faster without a second thread if cores are shared
   struct Obstacle {

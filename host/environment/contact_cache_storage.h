@@ -42,7 +42,7 @@ class ContactCacheStorage {
   }
 
   /// Number of slots that are in use; on a device an upper bound, since the host does not wait for the number.
-  int slots() const { return Memory<Executor>::kOfTheHost ? slot_count().used : slot_bound_; }
+  int slots() const { return Memory<Executor>::kOnHost ? slot_count().used : slot_bound_; }
 
   /// Reserves this many more slots and entries of groups, and shrinks pools that are much larger than needed.
   void reserve_slots(const Executor& executor, int slots, int entries) {
@@ -183,14 +183,14 @@ class ContactCacheStorage {
 
   /// Empties the slots from `slot` on: a device visits all slots up to an upper bound.
   void empty_from([[maybe_unused]] std::size_t slot) {
-    if constexpr (!Memory<Executor>::kOfTheHost) {
+    if constexpr (!Memory<Executor>::kOnHost) {
       Contact<R> none{};
       invalidate(none);
       Memory<Executor>::fill(contacts_.data() + slot, contacts_.size() - slot, none);
     }
   }
 
-  static constexpr int kSpareSlots = 32, kSpareEntries = Memory<Executor>::kOfTheHost ? 4 : 32;
+  static constexpr int kSpareSlots = 32, kSpareEntries = Memory<Executor>::kOnHost ? 4 : 32;
   std::size_t particles_;
   Array<Executor, GroupBox> boxes_;
   Array<Executor, int> entry_index_;         // of each group

@@ -230,7 +230,7 @@ class EdgeGroup {
   }
 
   void box_particles(const ScatteredPoints<R>& x, const ScatteredPoints<R>& d, R margin) {
-    parallel_for(executor_, particles_, BoxParticles<R>{{x, d, margin, boxes_.data()}});
+    parallel_for(executor_, particles_, ComputeParticleBounds<R>{{x, d, margin, boxes_.data()}});
   }
 
   void update_contacts() {

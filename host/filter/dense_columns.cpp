@@ -10,7 +10,7 @@ namespace malha {
 
 namespace {
 
-/// Takes the means over mass of four columns from them: what rounding left there.
+/// Removes the mass-weighted means of four columns, which are rounding errors.
 void remove_means(const std::vector<double>& mass, double per_mass, std::vector<Vec4<double>>& columns) {
   Vec4<double> mean{0, 0, 0, 0};
   for (std::size_t i = 0; i < columns.size(); ++i) {
@@ -35,8 +35,7 @@ void dense_columns(const ExactFactor& exact, const OpenMP& executor, const TakeC
     const auto space = exact.filter.workspace(1);
     std::vector<Vec4<double>> columns(n);
     for (int q = thread; q < quads; q += threads) {
-      exact.filter.apply(Serial{executor.instructions}, space,
-                         ColumnEnds{4 * q, mass.data(), per_mass, columns.data()});
+      exact.filter.apply(Serial{executor.instructions}, space, ColumnIo{4 * q, mass.data(), per_mass, columns.data()});
       if (block.free) remove_means(mass, per_mass, columns);
       take(4 * q, columns.data());
       ++done;

@@ -10,11 +10,11 @@
 
 namespace malha {
 
-/// V: what S is stored as; T: what it is computed with.
+/// V: storage type of S; T: type of the computation.
 template <class Executor, class V, class T>
 class DenseFilter {
  public:
-  /// Without numbers yet: `take` is to be called for every column.
+  /// Allocates the filter: `take` must be called for every column.
   DenseFilter(const Executor& executor, int threads, const SpringSystem& system)
       : executor_(executor), plan_(plan_dense(system)) {
     chunks_ = Array<Executor, DenseChunk>(plan_.chunks), rows_ = Array<Executor, DenseRow>(plan_.rows);
@@ -28,13 +28,13 @@ class DenseFilter {
     plan_.particle = {};
   }
 
-  /// What the integers are multiples of: sqrt(S_ii) and sqrt(S_jj), so that S_ij / (scale_i scale_j) is at most 32767.
-  /// To be called for every unknown before the first `take`.
+  /// Sets the scale of integers, from sqrt(S_ii) and sqrt(S_jj), so that S_ij / (scale_i scale_j) is at most 32767.
+  /// Must be called for every unknown before the first `take`.
   void take_diagonal(int body, int unknown, double number) {
     if (kIntegers) scale_.to_fill()[plan_.first_row[body] + unknown] = T(std::sqrt(std::max(number, 0.0) / 32767));
   }
 
-  /// Rounds column `j` of a body's S, from its diagonal downwards, and keeps it. `column`: by the body's unknowns.
+  /// Rounds and stores column `j` of a body's S, from the diagonal downwards. `column`: by the body's unknowns.
   template <class Column>
   void take(int body, int j, int count, const Column& column) {
     const int b = j / kDenseRows, c = j % kDenseRows;
@@ -54,20 +54,20 @@ class DenseFilter {
     }
   }
 
-  /// All numbers are taken.
+  /// Called after the last `take`.
   void send() { values_.send(), scale_.send(); }
 
-  /// Filters forces: S takes them from `ends` and gives accelerations back.
-  template <class Ends>
-  void apply(const Ends& ends) const {
+  /// Applies S to the forces of `io`, and stores accelerations.
+  template <class Io>
+  void apply(const Io& io) const {
     const DenseView<V, T> view{chunks_.data(), rows_.data(), values_.data(), particle_.data(),
                                scale_.data(),  x_.data(),    y_.data()};
     const auto chunks = static_cast<int>(chunks_.size()), rows = static_cast<int>(rows_.size());
     constexpr int piece = 16;
     parallel_region(executor_, width_, [&](const auto& team) {
-      parallel_pieces(team, rows, piece, GatherDense<V, T, Ends>{view, ends});
+      parallel_pieces(team, rows, piece, GatherDense<V, T, Io>{view, io});
       parallel_groups(team, 0, chunks, {nullptr, kDenseSums * sizeof(T)}, MultiplyDense<V, T>{view});
-      parallel_pieces(team, rows, piece, SumDense<V, T, Ends>{view, ends});
+      parallel_pieces(team, rows, piece, SumDense<V, T, Io>{view, io});
     });
   }
 
@@ -80,7 +80,7 @@ class DenseFilter {
 
  private:
   static constexpr bool kIntegers = std::is_integral_v<V>;
-  static constexpr std::int64_t kGrain = 65536;  // numbers of S that are worth a thread: some microseconds
+  static constexpr std::int64_t kGrain = 65536;  // entries of S per thread at least, some microseconds
 
   V stored(int body, int i, int j, double number) const {
     if constexpr (kIntegers) {

@@ -10,7 +10,7 @@ namespace {
 
 int row_blocks(const SystemBlock& body) { return (body.count + kDenseRows - 1) / kDenseRows; }
 
-/// Chunks of a body: about as many numbers each, and no more than pay for adding up their sums.
+/// Partition of a body into chunks of about equal size, no more than is worth the summation of their results.
 int chunks_of(int blocks) { return std::clamp(blocks / 6, 1, 32); }
 
 }  // namespace

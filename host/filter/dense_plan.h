@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where everything of a dense filter lies.
+// Memory layout of a dense filter.
 #pragma once
 #include <cstdint>
 #include <vector>
@@ -22,7 +22,7 @@ struct DensePlan {
 
 DensePlan plan_dense(const SpringSystem& system);
 
-/// Numbers of S that plan_dense would lay out.
+/// Number of entries of S that plan_dense() would lay out.
 std::int64_t dense_values(const SpringSystem& system);
 
 }  // namespace malha

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A spring system's factor in double, for what must be exact: the columns of the dense S, and errors.
+// Factor of a spring system in double, for the columns of the dense S and for measuring errors.
 #pragma once
 #include "host/filter/sparse_filter.h"
 
@@ -16,7 +16,7 @@ struct ExactFactor {
   int singular;  // the unknown at which the system proved singular, and nothing else is then defined; -1: none
 };
 
-/// The part of one body.
+/// The factor of one body.
 SpringSystem body_system(const SpringSystem& system, int body);
 
 }  // namespace malha

@@ -12,7 +12,7 @@ namespace malha {
 
 namespace {
 
-/// What a pivot must keep of the diagonal that it began as: less is rounding.
+/// Lower bound of a pivot over its original diagonal entry; below it only rounding errors are left.
 constexpr double kLeastPivot = 1e-14;
 
 class Factorisation {
@@ -39,7 +39,7 @@ class Factorisation {
     std::vector<int> failed(cut.tasks.size());
     const auto work = [&](int t) { failed[t] = eliminate(cut.tasks[t]); };
     parallel_tasks(executor_, static_cast<int>(cut.tasks.size()), work);
-    // The lowest column, whichever task was the first to notice.
+    // The result is the lowest column, whichever task failed first.
     int first = -1;
     for (const int column : failed)
       if (column >= 0 && (first < 0 || column < first)) first = column;
@@ -120,7 +120,7 @@ class Factorisation {
   OpenMP executor_;
   const TakePanel& take_;
   const ShowProgress& progress_;
-  std::vector<std::vector<double>> updates_;  // Schur complements that wait for their parent
+  std::vector<std::vector<double>> updates_;  // Schur complements, until their parent is assembled
   std::vector<int> first_child_, sibling_, column_of_;
   double total_ = 0;
   std::atomic<std::int64_t> done_{0};

@@ -14,8 +14,8 @@ namespace malha {
 /// Called with a supernode and its panel [L11^-1; -L21 L11^-1] by columns of height(s) numbers; from several threads.
 using TakePanel = std::function<void(int supernode, const double* panel)>;
 
-/// Multifrontal, over the tasks in parallel and then over what lies above them. Returns -1, or the first column in
-/// whose pivot nothing is left but rounding: the system is singular to working precision.
+/// Multifrontal factorisation, in parallel over the tasks and then over the top. Returns -1, or the first column whose
+/// pivot is only rounding errors: the system is then singular to working precision.
 int factor(const SpringSystem& system, const Supernodes& all, const Subtrees& cut, const OpenMP& executor,
            const TakePanel& take, const ShowProgress& progress);
 

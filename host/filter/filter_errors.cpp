@@ -27,7 +27,7 @@ std::vector<double> random_numbers(int unknowns) {
   return numbers;
 }
 
-/// Takes their mean from the numbers of free bodies: they count by weigh(i), and give in proportion to share(i).
+/// Removes the mean, weighted by weigh(i), from the values of free bodies, in proportion to share(i).
 template <class Weigh, class Share>
 void level(const SpringSystem& system, std::vector<double>& numbers, const Weigh& weigh, const Share& share) {
   for (const SystemBlock& body : system.blocks) {
@@ -80,14 +80,14 @@ Refined refined(const SpringSystem& system, const ApplyFilter& apply, const std:
   std::vector<double> x(forces.size(), 0), residual = forces;
   double before = INFINITY;  // the last step's length
   for (int turn = 0; turn < 40; ++turn) {
-    // Of unit size, so that small ones keep their digits in any precision.
+    // Scaled to unit size, so that small values keep their digits in any precision.
     const double size = norm(residual);
     if (size == 0) break;
     for (double& number : residual) number /= size;
     std::vector<double> step = apply(residual);
     remove_mean(system, step);
     const double length = size * norm(step);
-    if (!(length < before)) break;  // nothing is left but rounding
+    if (!(length < before)) break;  // only rounding errors are left
     before = length;
     for (std::size_t k = 0; k < x.size(); ++k) x[k] += size * step[k];
     const std::vector<double> y = multiply(system, x);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How exact a filter is, against the same system solved in double.
+// Errors of a filter, compared with the same system solved in double.
 #pragma once
 #include <functional>
 #include <vector>
@@ -9,13 +9,13 @@
 
 namespace malha {
 
-/// a = S~ F of the filter at hand, three numbers an unknown.
+/// Applies the filter under test, a = S~ F, with three numbers per unknown.
 using ApplyFilter = std::function<std::vector<double>(const std::vector<double>& forces)>;
 
 /// A sparse filter in double, on one thread.
 ApplyFilter exact_filter(const SpringSystem& system);
 
-/// What product() makes of forces by unknown, through points by particle.
+/// Result of product() for forces by unknown, through arrays by particle.
 template <class Executor, class R, class Product>
 std::vector<double> through_points(PointArray<Executor, R>& force, const PointArray<Executor, R>& acceleration,
                                    const std::vector<int>& particle, const Product& product,
@@ -32,17 +32,17 @@ std::vector<double> through_points(PointArray<Executor, R>& force, const PointAr
 
 struct Refined {
   std::vector<double> accelerations;
-  double step = 1;  // the last, over all: what they may be off by; where the filter is too far from S, not small
+  double step = 1;  // last step over the solution, an estimate of its error; large if the filter is too far from S
 };
 /// S F to rounding: iterative refinement with a filter in place of S.
 Refined refined(const SpringSystem& system, const ApplyFilter& apply, const std::vector<double>& forces);
 
 /// Independent numbers in [-1, 1), the same every time, without the mean force of free bodies.
 std::vector<double> noise_forces(const SpringSystem& system);
-/// (A - M) d of independent displacements d: what stretched springs pull with, times dt^2.
+/// (A - M) d of independent displacements d: elastic forces of springs, times dt^2.
 std::vector<double> elastic_forces(const SpringSystem& system);
 
-/// Takes the mean over mass from the accelerations of free bodies.
+/// Removes the mass-weighted mean from the accelerations of free bodies.
 void remove_mean(const SpringSystem& system, std::vector<double>& accelerations);
 
 /// |a - b| / |b|.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How a filter is made, for any executor; filter.cpp holds it for those of the host.
+// Construction of a filter, for any executor; filter.cpp instantiates it for those of the host.
 #pragma once
 #include <algorithm>
 #include <cstdio>
@@ -24,7 +24,7 @@ namespace malha {
 
 namespace detail {
 
-/// Predicted time of a product on one thread, ns: as measured in the caches of a Zen 4 core with AVX-512.
+/// Predicted time of a product on one thread, ns, from measurements in the caches of a Zen 4 core with AVX-512.
 inline double dense_ns(std::int64_t numbers, int particles, Storage storage) {
   return (0.13 * double(numbers) + 5.0 * particles) * (storage == Storage::Double ? 2 : 1);
 }
@@ -38,7 +38,7 @@ inline std::string microseconds(double ns) {
   return text;
 }
 
-/// Numbers of the updates that wait for their parents, at most, while one thread factors.
+/// Largest number of entries of update matrices that wait for their parents while one thread factors.
 inline double most_waiting(const Supernodes& all) {
   const auto update = [&](int s) { return double(all.below(s)) * all.below(s); };
   std::vector<double> children(all.count(), 0);
@@ -57,7 +57,7 @@ class FilterOf final : public Filter<R> {
  public:
   template <class... Arguments>
   explicit FilterOf(Arguments&&... arguments) : engine(std::forward<Arguments>(arguments)...) {}
-  void apply(const FilterIo<R>& ends) const override { engine.apply(ends); }
+  void apply(const FilterIo<R>& io) const override { engine.apply(io); }
   Engine engine;
   FilterStats& facts() { return this->facts_; }
 };
@@ -105,7 +105,7 @@ class Maker {
     return nullptr;
   }
 
-  /// Refuses what takes more memory than there is.
+  /// Throws InputError if the filter needs more memory than there is.
   void require(double bytes, const std::string& place, const std::string& found, const std::string& instead) const {
     const double free = double(available_memory());
     if (bytes > 0.9 * free)
@@ -139,7 +139,7 @@ class Maker {
                 if (progress_) progress_(what, (body + part) / double(system_.blocks.size()));
               });
         };
-        if (std::is_integral_v<V>)  // once more, because the scale of all rows comes first
+        if (std::is_integral_v<V>)  // a second pass, because all scales are needed first
           each_column([&](int j, const auto& column) { engine.take_diagonal(body, j, column(j)); });
         each_column([&](int j, const auto& column) { engine.take(body, j, count, column); });
       }
@@ -211,7 +211,8 @@ FilterErrors filter_errors(const Filter<R>& filter, const Model& model, const Sp
     remove_mean(system, a);
     return a;
   };
-  ApplyFilter exact;  // costs a factor: only where the filter at hand does not lead to S
+  ApplyFilter
+      exact;  // needs a factorisation: used only if refinement with the filter under test does not converge to S
   const auto error = [&](const std::vector<double>& forces) {
     constexpr double small = 1e-9;
     Refined reference = refined(system, apply, forces);

@@ -14,7 +14,7 @@ namespace malha {
 
 namespace {
 
-/// A constraint that stands out: its largest stiffness at a corner (N/m), and how many times the median that is.
+/// The stiffest constraint: its largest stiffness at a corner (N/m), and the ratio to the median.
 struct Stiffest {
   double stiffness = 0, times = 0;
   std::string type;

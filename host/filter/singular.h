@@ -5,9 +5,9 @@
 
 namespace malha {
 
-/// Throws InputError at a particle (the solver's order) of which elimination left nothing but rounding. Where one
-/// constraint is so much stiffer than the others that it took their digits, as those of flat triangles are, the message
-/// names it; else the step is too long for all of them.
+/// Throws InputError at a particle (the solver's order) whose pivot is only rounding errors. If one constraint is so
+/// much stiffer than the others that it costs them their digits, as those of flat triangles, the message names it;
+/// otherwise the step is too long for all of them.
 [[noreturn]] void refuse_singular(const Model& model, int particle);
 
 }  // namespace malha

@@ -11,11 +11,11 @@
 
 namespace malha {
 
-/// T: what its numbers are stored as, and computed with.
+/// T: type of storage and computation.
 template <class Executor, class T>
 class SparseFilter {
  public:
-  /// Without numbers yet: `take` is to be called for every supernode.
+  /// Allocates the filter: `take` must be called for every supernode.
   SparseFilter(const Executor& executor, int threads, const SpringSystem& system, const Supernodes& all,
                const Subtrees& cut)
       : executor_(executor), plan_(plan_sparse(system, all, cut)) {
@@ -29,12 +29,12 @@ class SparseFilter {
     const auto tasks = static_cast<int>(plan_.tasks.size()) - 1;
     width_ = std::max(1, std::min({threads, tasks, static_cast<int>(plan_.values / kGrain)}));
     own_ = workspace(width_);
-    find_stretches();
-    // What the executor holds is not kept twice.
+    find_top_ranges();
+    // Data in the executor's memory are released on the host.
     plan_.rows = {}, plan_.particle = {}, plan_.above = {}, plan_.sum = {}, plan_.from = {};
   }
 
-  /// Rounds a panel of the factor and keeps it.
+  /// Rounds and stores a panel of the factor.
   void take(int supernode, const double* numbers) {
     const Panel& panel = plan_.panels[plan_.panel_of[supernode]];
     T* to = values_.to_fill() + panel.at;
@@ -44,10 +44,10 @@ class SparseFilter {
           *to++ = r < panel.height() ? T(numbers[std::int64_t(j) * panel.height() + r]) : T(0);
   }
 
-  /// All numbers are taken.
+  /// Called after the last `take`.
   void send() { values_.send(); }
 
-  /// What a product works in.
+  /// Scratch memory of a product.
   struct Workspace {
     Array<Executor, Vec4<T>> work, top;
     Array<Executor, char> memory;
@@ -61,17 +61,17 @@ class SparseFilter {
     return made;
   }
 
-  /// Filters forces: S takes them from `ends` and gives accelerations back.
+  /// Applies S to the forces of `io`, and stores accelerations.
   template <class R>
-  void apply(const FilterIo<R>& ends) const {
-    const Points<R>&force = ends.force, &a = ends.acceleration;
-    const auto key = [&] { return key_from(force.x, force.y, force.z, a.x, a.y, a.z, ends.adds); };
-    repeated_region(executor_, width_, recorded_, key, [&](const auto& team) { apply(team, own_, ends); });
+  void apply(const FilterIo<R>& io) const {
+    const Points<R>&force = io.force, &a = io.acceleration;
+    const auto key = [&] { return key_from(force.x, force.y, force.z, a.x, a.y, a.z, io.adds); };
+    repeated_region(executor_, width_, recorded_, key, [&](const auto& team) { apply(team, own_, io); });
   }
 
   int launches() const {
-    int all = stretches_.empty() ? 2 : 4;
-    for (const Stretch& stretch : stretches_) all += stretch.wide ? 5 : 2;
+    int all = ranges_.empty() ? 2 : 4;
+    for (const TopRange& stretch : ranges_) all += stretch.wide ? 5 : 2;
     return all;
   }
   std::int64_t numbers() const { return plan_.values; }
@@ -80,8 +80,8 @@ class SparseFilter {
            from_.bytes() + values_.bytes() + own_.bytes();
   }
 
-  template <class Team, class Ends>
-  void apply(const Team& team, const Workspace& space, const Ends& ends) const {
+  template <class Team, class Io>
+  void apply(const Team& team, const Workspace& space, const Io& io) const {
     const int tasks = static_cast<int>(plan_.tasks.size()) - 1;
     const FilterTask& top = plan_.tasks[tasks];
     const SparseView<T> view{panels_.data(),          rows_.data(), values_.data(), tasks_.data(),    tasks,
@@ -89,39 +89,39 @@ class SparseFilter {
                              values_.bytes() > kCache};
     const ScratchMemory memory{space.memory.data(), memory_bytes_};
     Vec4<T>*first = space.top.data(), *second = first + plan_.most_rows;
-    parallel_groups(team, 0, tasks, memory, ForwardTask<T, Ends>{view, ends});
+    parallel_groups(team, 0, tasks, memory, ForwardTask<T, Io>{view, io});
     if (top.panels > 0) {
-      parallel_pieces(team, top.own, kTopPlaces, SumTop<T, Ends>{view, ends});
-      for (const Stretch& stretch : stretches_) forward_solve(team, view, stretch, memory, first);
-      for (auto stretch = stretches_.rbegin(); stretch != stretches_.rend(); ++stretch)
+      parallel_pieces(team, top.own, kTopPlaces, SumTop<T, Io>{view, io});
+      for (const TopRange& stretch : ranges_) forward_solve(team, view, stretch, memory, first);
+      for (auto stretch = ranges_.rbegin(); stretch != ranges_.rend(); ++stretch)
         backward_solve(team, view, *stretch, memory, first, second);
-      parallel_pieces(team, top.own, kTopPlaces, ScatterRoot<T, Ends>{view, ends});
+      parallel_pieces(team, top.own, kTopPlaces, ScatterRoot<T, Io>{view, io});
     }
-    parallel_groups(team, 0, tasks, memory, BackwardTask<T, Ends>{view, ends});
+    parallel_groups(team, 0, tasks, memory, BackwardTask<T, Io>{view, io});
   }
 
  private:
-  static constexpr std::size_t kCache = 4 << 20;  // a core's own caches, with some room: less is found there anyway
-  static constexpr std::int64_t kGrain = 16384;   // numbers of panels that are worth a thread: some microseconds
+  static constexpr std::size_t kCache = 4 << 20;  // a core's own caches, roughly: smaller panels stay there
+  static constexpr std::int64_t kGrain = 16384;   // entries of panels per thread at least, some microseconds
 
-  /// Panels of the top that are worked on one after the other by one thread, or a single wide one by all threads.
-  struct Stretch {
+  /// Panels of the top that one thread solves in order, or a single wide one for all threads.
+  struct TopRange {
     int begin, end;
     bool wide;
   };
-  static constexpr std::int64_t kWide = 8192;  // numbers: as long as the launches that they would be shared out with
+  static constexpr std::int64_t kWide = 8192;  // entries: as much time as the launches of a parallel solve
 
-  void find_stretches() {
+  void find_top_ranges() {
     const FilterTask& top = plan_.tasks.back();
     for (int p = top.panel; p < top.panel + top.panels; ++p) {
       const bool wide = std::int64_t(plan_.panels[p].columns) * plan_.panels[p].height() > kWide;
-      if (wide || stretches_.empty() || stretches_.back().wide) stretches_.push_back({p, p, wide});
-      stretches_.back().end = p + 1;
+      if (wide || ranges_.empty() || ranges_.back().wide) ranges_.push_back({p, p, wide});
+      ranges_.back().end = p + 1;
     }
   }
 
   template <class Team>
-  void forward_solve(const Team& team, const SparseView<T>& view, const Stretch& stretch, const ScratchMemory& memory,
+  void forward_solve(const Team& team, const SparseView<T>& view, const TopRange& stretch, const ScratchMemory& memory,
                      Vec4<T>* rows) const {
     if (!stretch.wide)
       return parallel_groups(team, 0, 1, memory, SolveRootSmall<T, true>{view, stretch.begin, stretch.end});
@@ -130,7 +130,7 @@ class SparseFilter {
     parallel_pieces(team, panel.columns, kTopPlaces, StoreRoot<T>{view, panel, rows});
   }
   template <class Team>
-  void backward_solve(const Team& team, const SparseView<T>& view, const Stretch& stretch, const ScratchMemory& memory,
+  void backward_solve(const Team& team, const SparseView<T>& view, const TopRange& stretch, const ScratchMemory& memory,
                       Vec4<T>* rows, Vec4<T>* own) const {
     if (!stretch.wide)
       return parallel_groups(team, 0, 1, memory, SolveRootSmall<T, false>{view, stretch.begin, stretch.end});
@@ -145,7 +145,7 @@ class SparseFilter {
 
   Executor executor_;
   SparsePlan plan_;
-  std::vector<Stretch> stretches_;  // of the top
+  std::vector<TopRange> ranges_;  // of the top
   Array<Executor, Panel> panels_;
   Array<Executor, FilterTask> tasks_;
   Array<Executor, int> rows_, particle_, above_, sum_, from_;

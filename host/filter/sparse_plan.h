@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where everything of a sparse filter lies: panels, segments of the work vector, and what flows between them.
+// Memory layout of a sparse filter: panels, segments of the work vector, and contributions between them.
 #pragma once
 #include <cstdint>
 #include <vector>

@@ -14,7 +14,7 @@ namespace malha {
 template <class Executor, class R>
 class SpringForces {
  public:
-  /// `load`: of each particle, what of its mass weighs in the forces, kg.
+  /// `load`: mass of each particle whose weight is part of the forces, otherwise 0, kg.
   SpringForces(const Executor& executor, int threads, const Model& model, const std::vector<double>& load)
       : executor_(executor), packs_((model.count() + kSpringPack - 1) / kSpringPack) {
     const std::size_t slots = kSpringPack * std::size_t(packs_);
@@ -33,13 +33,13 @@ class SpringForces {
 
   const R* load() const { return load_.data(); }
 
-  /// Springs at x with their artificial viscosity, and the weight.
+  /// Sums the forces of springs at x, with their artificial viscosity, and the weight.
   void sum_explicit(const Particles<R>& particles, double h, const Points<R>& force) const {
     parallel_for(executor_, particles.count, SpringRows<R>{particles, R(h), now_.data(), ahead_.data()});
     find_targets(now_.data());
     sum(ExplicitForces<R>{view(), now_.data(), ahead_.data(), force});
   }
-  /// What backward Euler still misses where the filtered accelerations lead to.
+  /// Computes the residual of backward Euler at the positions to which the filtered accelerations lead.
   void sum_missing(const Particles<R>& particles, double h, const Points<R>& acceleration, const R* mass,
                    const Points<R>& force) const {
     parallel_for(executor_, particles.count,
@@ -60,10 +60,10 @@ class SpringForces {
   std::size_t launches() const { return 2 + targets_.size(); }
 
  private:
-  static constexpr int kGrain = 4096;  // particles that are worth a thread: some ten microseconds
+  static constexpr int kGrain = 4096;  // particles per thread at least, some ten microseconds
   static constexpr int kGroup = 16;    // packs
 
-  /// Of one set of stencils, those that have any.
+  /// Targets of one set of stencils.
   struct Targets {
     const ConstraintSet* set;
     int count, first_row;
@@ -94,11 +94,11 @@ class SpringForces {
       with_stencil(*own.set, [&]<class Kind, class Stencil>(Kind, Stencil) {
         const TargetView<R> view{own.particle.data(), own.weight.data(), own.own.data(), own.stiffness.data(),
                                  rows_.data() + own.first_row};
-        parallel_for(executor_, own.count, FindTargets<R, Stencil, Kind::particles>{view, at});
+        parallel_for(executor_, own.count, ComputeTargets<R, Stencil, Kind::particles>{view, at});
       });
   }
 
-  /// Where the slots of each pack begin: as many as its particle with the most.
+  /// First slot of each pack, which has as many as its particle with the most.
   std::vector<int> begin_of_packs(const std::vector<int>& slots) const {
     std::vector<int> begin{0};
     for (int pack = 0; pack < packs_; ++pack)

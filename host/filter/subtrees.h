@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The tree of supernodes cut into tasks that do not touch each other, and what lies above them.
+// Partition of the tree of supernodes into independent subtrees, the tasks, and the top above them.
 #pragma once
 #include <vector>
 
@@ -12,7 +12,7 @@ struct Subtrees {
   std::vector<int> top;                 // the others, ascending: ancestors of these
 };
 
-/// Depends on the tree alone. Tasks are about as long as each other, and there are no more than pay.
+/// The partition depends on the tree alone. Tasks have about equal work, and are no more than worthwhile.
 Subtrees subtrees(const Supernodes& all);
 
 }  // namespace malha

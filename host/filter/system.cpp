@@ -10,7 +10,7 @@ namespace malha {
 
 namespace {
 
-/// Numbers the unknowns block by block, and says which of them a spring ties to a pin.
+/// Numbers the unknowns block by block, and finds those with a spring to a pin.
 class Unknowns {
  public:
   Unknowns(const Model& model, const std::vector<const SpringSet*>& springs) : of_(model.count(), -1) {

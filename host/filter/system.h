@@ -16,7 +16,7 @@ struct SystemBlock {
   double mass;       // kg
 };
 
-/// Symmetric positive definite. Block after block, within each in the solver's order.
+/// A symmetric positive definite matrix. Unknowns are block after block, within each in the solver's order.
 struct SpringSystem {
   std::vector<int> particle;  // of each unknown
   std::vector<SystemBlock> blocks;
@@ -31,7 +31,7 @@ struct SpringSystem {
 /// `dt`: s, of a substep.
 SpringSystem spring_system(const Model& model, double dt);
 
-/// y = A x, of three right-hand sides side by side.
+/// y = A x for three right-hand sides.
 std::vector<double> multiply(const SpringSystem& system, const std::vector<double>& x);
 
 }  // namespace malha

@@ -21,14 +21,14 @@ class Air {
         faces_(of.faces.size()),
         wind_(wind) {}
 
-  /// What a substep of h seconds does to v.
+  /// Applies the forces of the air to v in a substep of h seconds.
   void apply_wind(const Particles<R>& all, double h) const {
     const auto half = [this](double coefficient) { return R(0.5 * wind_.density * coefficient); };
     const Vector3<R> u{R(wind_.velocity[0]), R(wind_.velocity[1]), R(wind_.velocity[2])};
     const Points<R> faces = faces_.points();
     parallel_for(executor_, static_cast<int>(corners_.size()), FacesInAir<R>{all.p, corners_.data()->data(), faces});
     parallel_for(executor_, static_cast<int>(particle_.size()),
-                 BlowOnParticles<R>{all.v, all.w, particle_.data(), begin_.data(), around_.data(), faces, u, R(h),
+                 ApplyWindForces<R>{all.v, all.w, particle_.data(), begin_.data(), around_.data(), faces, u, R(h),
                                     half(wind_.drag_coefficient), half(wind_.lift_coefficient)});
   }
   void change(const Wind& wind) { wind_ = wind; }

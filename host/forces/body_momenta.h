@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bodies cut into stretches of particles, and where launches leave what they find of them. Nobody waits for it.
+// Momenta of bodies, measured over ranges of particles and kept in the executor's memory, without synchronisation.
 #pragma once
 #include <algorithm>
 #include <vector>
@@ -11,73 +11,73 @@
 namespace malha {
 
 template <class Executor, class R>
-class MeasuredBodies {
+class BodyMomenta {
  public:
-  /// `islands`: of consecutive particles, first .. first + count - 1.
+  /// `islands`: bodies of the consecutive particles first .. first + count - 1.
   template <class Island>
-  MeasuredBodies(const Executor& executor, const std::vector<Island>& islands)
+  BodyMomenta(const Executor& executor, const std::vector<Island>& islands)
       : executor_(executor), count_(static_cast<int>(islands.size())) {
-    std::vector<ParticleRange> stretches;
+    std::vector<ParticleRange> ranges;
     for (int b = 0; b < count_; ++b) {
       const Island& island = islands[static_cast<std::size_t>(b)];
       MeasuredBody body{};
-      body.begin = static_cast<int>(stretches.size());
-      for (int i = 0; i < island.count; i += kStretch)
-        stretches.push_back({island.first + i, std::min(kStretch, island.count - i), b, island.first});
-      body.end = static_cast<int>(stretches.size());
+      body.begin = static_cast<int>(ranges.size());
+      for (int i = 0; i < island.count; i += kRangeSize)
+        ranges.push_back({island.first + i, std::min(kRangeSize, island.count - i), b, island.first});
+      body.end = static_cast<int>(ranges.size());
       start_.push_back(body);
     }
-    stretches_ = Array<Executor, ParticleRange>(stretches);
-    sums_ = Array<Executor, MomentaSum>(stretches.size(), MomentaSum{});
+    ranges_ = Array<Executor, ParticleRange>(ranges);
+    sums_ = Array<Executor, MomentaSum>(ranges.size(), MomentaSum{});
     bodies_ = Array<Executor, MeasuredBody>(start_);
     motions_ = Array<Executor, RigidMotion<R>>(islands.size(), RigidMotion<R>{});
     memory_ = Array<Executor, char>(kBytes * threads_of(executor), 0);
   }
 
-  /// `gained`: velocity by gravity since the start, m/s. `h`: of the substep that is projected, s.
+  /// `gained`: change of velocity by gravity since the start, m/s. `h`: length of the projected substep, s.
   template <class N, bool projected, bool inertia>
   void measure(const Particles<R>& particles, Measured what, double h = 1, const Vec3& gained = {}) {
     using Measure = MeasureMomenta<R, N, projected, inertia>;
-    const Measure sum{particles, stretches_.data(), sums_.data(), N(h), N(1 / h)};
-    const NoteMomenta note{sums_.data(), bodies_.data(), Measure::n, what, {gained[0], gained[1], gained[2]}};
-    region([&](const auto& team, int stretches) {
-      parallel_groups(team, 0, stretches, {memory_.data(), kBytes}, sum);
+    const Measure sum{particles, ranges_.data(), sums_.data(), N(h), N(1 / h)};
+    const StoreMomenta note{sums_.data(), bodies_.data(), Measure::n, what, {gained[0], gained[1], gained[2]}};
+    region([&](const auto& team, int ranges) {
+      parallel_groups(team, 0, ranges, {memory_.data(), kBytes}, sum);
       parallel_groups(team, 0, count_, {}, note);
     });
   }
-  /// Finds the motion of each body by `find`, and has `use` work on all stretches.
+  /// Computes the motion of each body by `find`, and runs `use` on all ranges.
   template <class Find, class Use>
   void move(const Find& find, const Use& use) {
     parallel_for(executor_, count_, find);
-    region([&](const auto& team, int stretches) { parallel_groups(team, 0, stretches, {}, use); });
+    region([&](const auto& team, int ranges) { parallel_groups(team, 0, ranges, {}, use); });
   }
-  /// Forgets what was measured.
-  void leave_out(const std::vector<bool>& bodies) {
-    for (int b = 0; b < count_; ++b) start_[b].left_out = bodies[b] ? 1 : 0;
+  /// Clears the measurements.
+  void exclude(const std::vector<bool>& bodies) {
+    for (int b = 0; b < count_; ++b) start_[b].excluded = bodies[b] ? 1 : 0;
     bodies_.upload(start_);
   }
 
-  const ParticleRange* stretches() const { return stretches_.data(); }
+  const ParticleRange* ranges() const { return ranges_.data(); }
   MeasuredBody* bodies() const { return bodies_.data(); }
   RigidMotion<R>* motions() const { return motions_.data(); }
   std::size_t bytes() const {
-    return stretches_.bytes() + sums_.bytes() + bodies_.bytes() + motions_.bytes() + memory_.bytes();
+    return ranges_.bytes() + sums_.bytes() + bodies_.bytes() + motions_.bytes() + memory_.bytes();
   }
 
  private:
-  static constexpr int kStretch = 1024;  // particles: stretches for many threads, and few sums
+  static constexpr int kRangeSize = 1024;  // particles of a range: many ranges for threads, but few sums
   static constexpr std::size_t kBytes = MeasureMomenta<R, double, false, true>::kBytes;  // the most
 
   template <class Work>
   void region(const Work& work) const {
-    const int stretches = static_cast<int>(stretches_.size());
-    parallel_region(executor_, stretches, [&](const auto& team) { work(team, stretches); });
+    const int ranges = static_cast<int>(ranges_.size());
+    parallel_region(executor_, ranges, [&](const auto& team) { work(team, ranges); });
   }
 
   Executor executor_;
   int count_;
   std::vector<MeasuredBody> start_;
-  Array<Executor, ParticleRange> stretches_;
+  Array<Executor, ParticleRange> ranges_;
   Array<Executor, MomentaSum> sums_;
   Array<Executor, MeasuredBody> bodies_;
   Array<Executor, RigidMotion<R>> motions_;

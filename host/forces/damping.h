@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rigid-motion-preserving damping of connected bodies: one measurement, a 3 x 3 solve a body, one pass.
+// Damping of connected bodies that preserves rigid motion: one measurement, a 3 x 3 solve per body, one pass.
 #pragma once
 #include <vector>
 
@@ -13,7 +13,7 @@ namespace malha {
 template <class Executor, class R>
 class Damping {
  public:
-  /// Each body's damping is in [0, 1], for a step of so many substeps; pinned particles neither count nor move.
+  /// Damping of each body in [0, 1], per step of so many substeps. Pinned particles neither count nor move.
   Damping(const Executor& executor, const std::vector<DampedIsland>& islands, int substeps)
       : bodies_(executor, islands) {
     std::vector<R> k;
@@ -21,17 +21,17 @@ class Damping {
     k_ = Array<Executor, R>(k);
   }
 
-  /// In a substep. Sums are in double: in float they would take momentum.
+  /// Damps v in a substep. Sums are in double: in float they would change momenta.
   void damp(const Particles<R>& particles) {
     bodies_.template measure<double, false, true>(particles, Measured::Now);
-    bodies_.move(FindRigidMotion<R>{bodies_.bodies(), bodies_.motions()},
-                 DampTowardsRigid<R>{particles, bodies_.stretches(), bodies_.motions(), k_.data()});
+    bodies_.move(ComputeRigidMotion<R>{bodies_.bodies(), bodies_.motions()},
+                 DampTowardsRigid<R>{particles, bodies_.ranges(), bodies_.motions(), k_.data()});
   }
 
   std::size_t bytes() const { return bodies_.bytes() + k_.bytes(); }
 
  private:
-  MeasuredBodies<Executor, R> bodies_;
+  BodyMomenta<Executor, R> bodies_;
   Array<Executor, R> k_;
 };
 

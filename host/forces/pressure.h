@@ -33,7 +33,7 @@ class Pressure {
     corners_on_host_ = {};
   }
 
-  /// Where a filter answers: all particles of its body move by it. Returns the body's number.
+  /// For filtered pressure: all particles of the body move by it. Returns the index of the body.
   int move_all(const Model& model) {
     const int body = body_of(model, model.user_index[origin_]);
     std::vector<int> members;
@@ -43,10 +43,10 @@ class Pressure {
     return body;
   }
 
-  /// The gradient there. A filter lets no spike grow, and needs no clamp.
+  /// Computes the gradient at the start of the substep. With a filter spikes do not grow, and it needs no clamp.
   void start_substep(const Displaced<R>& p, const R* w, bool filtered) {
     PressureState* const state = state_.data();
-    const PressureGradient<R> find{fans(Started<R>{p}), w, particle_.data(), filtered ? nullptr : most_.data(),
+    const PressureGradient<R> find{fans(StartPositions<R>{p}), w, particle_.data(), filtered ? nullptr : most_.data(),
                                    grad_.points()};
     parallel_reduce_into(executor_, items(), find, &state->sums);
     if (!filtered)
@@ -60,10 +60,10 @@ class Pressure {
     parallel_for(executor_, items(), ApplyPressure<R>{p, w, particle_.data(), grad_.points(), state_.data(), origin_});
   }
 
-  /// The same in two parts. Between them a filter answers the `force` that the gradient at the start is by how far it
-  /// moves particles, `way` (host/solver/desbrun.h).
+  /// project() in two parts. Between them the filter maps `force`, the gradient at the start, to displacements `way`
+  /// (host/solver/desbrun.h).
   void put(const Points<R>& force) {
-    parallel_for(executor_, items(), PutPressure<R>{particle_.data(), grad_.points(), force});
+    parallel_for(executor_, items(), StorePressureForce<R>{particle_.data(), grad_.points(), force});
   }
   void push(const Displaced<R>& p, const Points<R>& way) {
     find_push(p, nullptr, way);
@@ -126,15 +126,15 @@ class Pressure {
     state_ = Array<Executor, PressureState>(1, PressureState{});
   }
 
-  /// The largest gradients: that of the faces at rest, where they are as large as the body needs for its volume, times
-  /// kMostStretched.
+  /// The largest gradients: kMaxStretch times those of the faces at rest, scaled to the size at which the body has its
+  /// volume.
   void lay_out_most(const Model& model, const PressureSet& set) {
     std::vector<double> around(model.count(), 0);  // m^2 of all faces around a particle
     for (const Triangle& t : set.triangles)
       for (const int corner : t) around[corner] += area(model.x[t[0]], model.x[t[1]], model.x[t[2]]);
     const double grown = std::cbrt(std::max(1.0, set.volume_ratio));
     std::vector<R> most;
-    for (const int i : set.particles) most.push_back(static_cast<R>(kMostStretched * grown * grown * around[i] / 3));
+    for (const int i : set.particles) most.push_back(static_cast<R>(kMaxStretch * grown * grown * around[i] / 3));
     most_ = Array<Executor, R>(most);
   }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rest and sleep: a scene in which nothing has moved for a while is stilled, and its steps do nothing until something
-// wakes it. The whole scene at once: whatever its bodies touch or are tied to sleeps with them.
+// Sleep: the velocities of a scene in which nothing has moved for a while are cleared, and its steps do nothing until
+// it is woken. The whole scene sleeps at once, with everything that its bodies touch or are attached to.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -13,14 +13,14 @@
 
 namespace malha {
 
-/// An environment object that moves, as a ball about its mesh.
+/// Bounding sphere of a moving environment object.
 struct Mover {
   std::vector<Keyframe> motion;
   Vector3<double> centre;  // in the mesh's frame, m
-  double radius, reach;    // of the ball; how far from the surface it acts (m)
+  double radius, reach;    // of the sphere; range of its contacts beyond the surface (m)
 };
 
-/// Pins and attachments that move act wherever they are.
+/// Whether moving pins or attachments move between two times (s); they act wherever they are.
 inline Mover everywhere(const std::vector<Keyframe>& motion) { return {motion, {0, 0, 0}, INFINITY, 0}; }
 
 inline std::vector<Mover> movers_of(const Model& model) {
@@ -40,7 +40,7 @@ inline std::vector<Mover> movers_of(const Model& model) {
   return movers;
 }
 
-/// When something is let go (s).
+/// Times at which pins or attachments are released (s).
 inline std::vector<double> releases_of(const Model& model) {
   std::vector<double> releases;
   for (const MovedPins& pins : model.moved)
@@ -54,13 +54,13 @@ inline bool same(const Pose& a, const Pose& b) {
   return std::equal(a.r, a.r + 9, b.r) && a.t.x == b.t.x && a.t.y == b.t.y && a.t.z == b.t.z;
 }
 
-/// Whether it moves within its reach of the box between two times (s).
+/// Whether an object moves within its range of the box between two times (s).
 inline bool moves_near(const Mover& mover, const Bounds& box, double start, double end) {
   const Pose before = pose_at(mover.motion, start), after = pose_at(mover.motion, end);
   if (same(before, after)) return false;
   const Vector3<double> a = to_world(before, mover.centre), b = to_world(after, mover.centre);
   const Vector3<double> way = b - a;
-  // Everywhere on its way, straight or bent: the ball about the start, wider by twice the way.
+  // The whole path, straight or curved, is inside the sphere about the start that is larger by twice its length.
   const double far = mover.radius + mover.reach + 2 * sqrt(dot(way, way));
   double distance2 = 0;
   const double at[3] = {a.x, a.y, a.z};
@@ -87,29 +87,29 @@ class Sleeper {
   std::int64_t since() const { return since_; }
   void wake() { calm_ = 0, since_ = -1; }
 
-  /// Whether the step from `start` to `end` (s) is slept through. What moves near wakes.
+  /// Whether the scene sleeps through the step from `start` to `end` (s). Objects that move nearby wake it.
   bool sleeps_through(const Particles<R>& particles, double start, double end) {
     if (asleep() && disturbed(particles, start, end)) wake();
     return asleep();
   }
 
-  /// After a step that was not slept through.
+  /// Called after a step that was computed.
   void watch(const Particles<R>& particles, double start, double end, std::int64_t steps) {
     const double fastest2 = parallel_reduce<Largest>(executor_, particles.count, MeasureSpeed<R>{particles}).value;
     const bool calm = fastest2 < speed_ * speed_ && !disturbed(particles, start, end);
     calm_ = calm ? calm_ + 1 : 0;
     if (calm_ < calm_enough_) return;
-    parallel_for(executor_, particles.count, Still<R>{particles.v});
+    parallel_for(executor_, particles.count, ClearVelocity<R>{particles.v});
     since_ = steps;
   }
 
-  /// What a later step depends on, for checkpoints.
+  /// State for checkpoints.
   std::vector<std::int64_t> save_state() const { return {calm_, since_}; }
   void restore_state(const std::vector<std::int64_t>& saved) { calm_ = saved[0], since_ = saved[1]; }
 
  private:
   bool disturbed(const Particles<R>& particles, double start, double end) const {
-    const double dt = end - start;  // a release counts in the steps at both of its sides, however time is rounded
+    const double dt = end - start;  // releases count in both adjacent steps, however time is rounded
     if (std::any_of(releases_.begin(), releases_.end(),
                     [&](double time) { return time > start - dt && time < end + dt; }))
       return true;

@@ -32,9 +32,8 @@ struct SimulationOptions {
   std::string instructions = {};  ///< "": the widest that the CPU has; or "baseline", "avx2", "avx512"
   std::string machine = "cpu";    ///< what patches are cut for: malha plan --help lists them all. Bits depend on it
   bool timed_passes = false;      ///< Cuda: times of passes, for which every one of them is waited for; else always
-  bool interactive =
-      false;  ///< particles may be taken by hand (pull, hold). Costs memory where levels or patches keep some
-  std::vector<UserConstraint> constraints = {};  ///< of the caller's own: slow, and for as long as the simulation lives
+  bool interactive = false;       ///< allows pull() and hold(). Costs memory where levels or patches keep some
+  std::vector<UserConstraint> constraints = {};  ///< user constraints: slow, and for as long as the simulation lives
   // Of a set-up that takes long; part in [0, 1], or -1 where what begins does not know how far it is.
   std::function<void(const char* what, double part)> progress = {};
 };
@@ -95,23 +94,23 @@ class Simulation {
   /// is pinned altogether, and a scene that has torn.
   void set_pins(std::vector<int> particles);
 
-  /// Takes a particle by hand: from the next step on a spring of this compliance (m/N, 1e-12 to 1e12) pulls it to a
-  /// point (m). Again: to another point. `particle`: as in positions(), whose numbers tearing may shift: see handles().
-  /// Others move as if nothing were taken, bit by bit, but for what they touch, sleep, and Desbrun's "tolerance".
+  /// Drags a particle: from the next step on a spring of this compliance (m/N, 1e-12 to 1e12) pulls it to a point (m).
+  /// Another call changes the point. `particle`: as in positions(), whose numbers tearing may shift: see handles().
+  /// Other bodies keep their bits, except by contact, sleep, and Desbrun's "tolerance".
   /// Throws InputError for a particle that is not there or that is pinned, and where `interactive` is not set.
   void pull(int particle, const Vec3& to, double compliance);
 
-  /// Holds a particle by hand: as if it were pinned, where it is, or at a place (m) to which the next step moves it.
+  /// Holds a particle as if it were pinned, where it is, or at a point (m) to which the next step moves it.
   /// A vertex that is held does not tear. Throws InputError as pull() does, and for solvers that must know beforehand
   /// what is pinned: Desbrun's method, and one with levels. There a stiff spring is as good.
   void hold(int particle);
   void hold(int particle, const Vec3& to);
 
-  /// Lets go of what pull() or hold() took: it moves on as it did. Nothing happens to others.
+  /// Releases a particle that pull() or hold() has: it keeps its velocity. Other particles are not affected.
   void release(int particle);
 
-  /// What is taken by hand now, in the order in which it was. Of a vertex that tears, the particle that keeps its place
-  /// in positions() stays taken.
+  /// The handles of pull() and hold(), in the order of the calls. When a vertex tears, the particle that keeps its
+  /// index in positions() keeps the handle.
   std::vector<ParticleHandle> handles() const;
 
   /// Cuts bodies that name "tear" along a knife's way. `edges`: those that it crosses, as particles {left, right} of
@@ -132,7 +131,7 @@ class Simulation {
   std::vector<Vec3> positions() const;
   std::vector<Vec3> velocities() const;
 
-  /// 1/kg, in the same order: 0 where a particle is held now, by a pin or by hand.
+  /// Inverse masses, 1/kg, in the same order: 0 for particles that a pin or hold() has now.
   std::vector<double> inverse_masses() const;
 
   /// C of each constraint of options.constraints[index] in the present state.
@@ -175,11 +174,11 @@ class Simulation {
   /// that change while a scene runs. What contacts remember is not taken over: the bits are those of no single run.
   void transfer_state_from(const Simulation& before);
 
-  /// Everything that the next step depends on, as bytes, but for what is taken by hand, gravity, wind and pins.
+  /// Everything that the next step depends on, as bytes, except handles, gravity, wind and pins.
   std::string save_state() const;
 
-  /// Goes back to a save_state() of the same scene and precision, and lets go of all that is taken by hand: the very
-  /// same bits follow as did then. Throws InputError for other bytes, and leaves everything as it was.
+  /// Restores a save_state() of the same scene and precision, and releases all handles: the same bits follow as did
+  /// then. Throws InputError for other bytes, and leaves everything as it was.
   void restore_state(const std::string& state);
 
   /// report.json: build, machine, sizes, times and the measures. `status` is a word for how the run ended, `notes` are

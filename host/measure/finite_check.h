@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which particle a substep leaves without a finite place.
+// Check for positions that are not finite, with the state update of a substep.
 #pragma once
 #include <optional>
 #include <vector>
@@ -14,22 +14,22 @@ class FiniteCheck {
  public:
   explicit FiniteCheck(int substeps) : first_(static_cast<std::size_t>(substeps), FirstIndex{}) {}
 
-  /// The new state at the end of a substep of h seconds, counted from 0. Nobody waits for it.
+  /// Updates the state at the end of a substep of h seconds, counted from 0, without synchronisation.
   template <class R>
   void update(const Executor& executor, const Particles<R>& all, double h, int substep) {
     parallel_reduce_into(executor, all.count, UpdateState<R>{all, R(h), R(1 / h)}, first_.data() + substep);
   }
 
-  /// Of the substep, or the first of all of a step: the lowest number, if any is lost.
-  std::optional<int> in(int substep) const { return number(first_.get(static_cast<std::size_t>(substep))); }
+  /// The lowest index of a particle without finite position after a substep, or after the first such substep of a step.
+  std::optional<int> in(int substep) const { return index_of(first_.get(static_cast<std::size_t>(substep))); }
   std::optional<int> in_step() const {
     for (const FirstIndex& first : first_.download())
-      if (const std::optional<int> lost = number(first)) return lost;
+      if (const std::optional<int> found = index_of(first)) return found;
     return std::nullopt;
   }
 
  private:
-  static std::optional<int> number(const FirstIndex& first) {
+  static std::optional<int> index_of(const FirstIndex& first) {
     return first.index == FirstIndex{}.index ? std::nullopt : std::optional(first.index);
   }
   Array<Executor, FirstIndex> first_;  // of each substep

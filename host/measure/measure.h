@@ -15,7 +15,7 @@
 
 namespace malha {
 
-/// Momenta, energies of motion and gravity, the largest speed.
+/// Momenta, kinetic and potential energy, and the largest speed.
 template <class Executor, class R>
 Measures measure_motion(const Executor& executor, const Particles<R>& particles, const Vec3& g) {
   const Motion motion =
@@ -33,7 +33,7 @@ Measures measure_motion(const Executor& executor, const Particles<R>& particles,
   return m;
 }
 
-/// Adds elastic energy and degenerate constraints of a set, and to `lengths` its strain.
+/// Adds the elastic energy and degenerate constraints of a set, and its strain to `lengths`.
 template <class Executor>
 void measure_set(const Executor& executor, const Model& model, const ConstraintSet& set, const std::vector<Vec3>& x,
                  Measures& m, Residual& lengths) {
@@ -56,7 +56,7 @@ void measure_set(const Executor& executor, const Model& model, const ConstraintS
   });
 }
 
-/// The `distance` constraints of each body, by their sets: in a set a body's come one after the other.
+/// Runs of `distance` constraints of one set and one body, which are consecutive in their set.
 inline std::vector<LengthRun> length_runs(const Model& model) {
   std::vector<LengthRun> runs;
   const std::vector<int> body = bodies_of(model);
@@ -75,7 +75,7 @@ inline std::vector<LengthRun> length_runs(const Model& model) {
   return runs;
 }
 
-/// The strains of those.
+/// Strains of those runs.
 template <class Executor>
 StrainSample sample_strains(const Executor& executor, const Model& model, const std::vector<LengthRun>& runs,
                             const std::vector<Vec3>& x) {
@@ -112,7 +112,7 @@ void measure_constraints(const Executor& executor, const Model& model, const std
   if (m.has_strain) m.strain_rms = std::sqrt(lengths.strain2 / lengths.count), m.strain_max = lengths.strain_max;
 }
 
-/// Volume, and what of it is inside out, of the bodies of tetrahedra at x.
+/// Volume and number of inverted tetrahedra of all bodies at x.
 template <class Executor>
 void measure_tetrahedra(const Executor& executor, const Model& model, const std::vector<Vec3>& x, Measures& m) {
   for (const std::vector<Tetrahedron>& body : model.tetrahedra) {

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lengths that may not be exceeded, measured: those of distance limits after an iteration of theirs, and those at which
-// edges tear after a step.
+// Excess over maximal lengths: those of distance limits after an iteration, and those at which edges tear after a step.
 #pragma once
 #include <vector>
 
@@ -13,9 +12,9 @@
 namespace malha {
 
 template <class Executor, class R>
-class Limits {
+class LengthLimits {
  public:
-  Limits(const Executor& executor, const Model& model) : executor_(executor) {
+  LengthLimits(const Executor& executor, const Model& model) : executor_(executor) {
     std::vector<int> ends;
     std::vector<R> longest;
     for (const ConstraintSet& set : model.sets) {
@@ -26,14 +25,14 @@ class Limits {
     }
     ends_ = Array<Executor, int>(ends), longest_ = Array<Executor, R>(longest);
   }
-  Limits(const Executor& executor, const Breakable& edges) : executor_(executor) {
+  LengthLimits(const Executor& executor, const Breakable& edges) : executor_(executor) {
     std::vector<int> ends;
     for (const Edge& e : edges.ends) ends.insert(ends.end(), e.begin(), e.end());
     ends_ = Array<Executor, int>(ends);
     longest_ = Array<Executor, R>(std::vector<R>(edges.longest.begin(), edges.longest.end()));
   }
 
-  /// The largest over-elongation, in lengths.
+  /// The largest excess over a maximal length, relative to it; 0: none is exceeded.
   template <class At>
   double excess(const At& p) const {
     return parallel_reduce<Largest>(executor_, static_cast<int>(longest_.size()),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Statistics of a solver, for reports and messages: what was set up, and what happened since.
+// Statistics of a solver's set-up and steps, for reports and messages.
 #pragma once
 #include <array>
 #include <cstddef>
@@ -10,9 +10,8 @@
 
 namespace malha {
 
-/// The passes of a step, for timings. FusedSolve: prediction, projection and state in one, where nothing lies between.
-/// Forces, filter and correction (of free bodies' momenta) are Desbrun's.
-/// Pins are those that move. UserConstraints: constraints of the caller's own.
+/// Passes of a step, for timings. FusedSolve: prediction, projection and state update in one pass. Forces and Filter
+/// are Desbrun's; Correction is that of free bodies' momenta; Pins are kinematic pins.
 enum class Pass {
   Pins,
   Damping,
@@ -45,18 +44,18 @@ inline constexpr std::array<const char*, 21> kPassNames{
 struct SetStats {
   std::string type;
   int constraints = 0;
-  int in_runs = 0;       // read and written as whole vectors
-  int most_batches = 0;  // of a patch: its colours and runs
+  int in_runs = 0;       // constraints in runs, which load and store consecutive particles
+  int most_batches = 0;  // largest number of batches (colours and runs) of a patch
   std::size_t bytes = 0;
 };
 
 struct PatchStats {
   int patches = 0;
-  int phases = 0;                // patches of a phase are visited at once
+  int phases = 0;                // patches of a phase are solved in parallel
   int columns = 0;               // patches laid out for runs
-  int shared = 0;                // particles that more than one patch visits
-  int most_slots = 0;            // of fast memory, in the largest patch: its particles and what pads them
-  std::size_t memory_bytes = 0;  // of fast memory that a visit asks for
+  int shared = 0;                // particles of more than one patch
+  int most_slots = 0;            // particles of the largest patch in fast memory, padding included
+  std::size_t memory_bytes = 0;  // fast memory of a patch solve
   std::size_t bytes = 0;
   double plan_seconds = 0;  // of set-up
 };
@@ -74,7 +73,7 @@ struct UserConstraintStats {
 };
 
 struct ContactStats {
-  long long looks = 0;                        // since the start, at particles that may have come near
+  long long looks = 0;                        // narrow-phase queries since the start
   long long queries = 0;                      // of all triangles of a mesh among them, by Embree
   int near = 0;                               // particles near a surface now, once for each mesh
   std::size_t near_bytes = 0, far_bytes = 0;  // of what is remembered of them, and of all others
@@ -86,8 +85,9 @@ struct EdgeStats {
   std::int64_t candidates = 0;  // pairs that may come near in the next substeps
   std::int64_t pairs = 0;       // that may in this one
   std::int64_t searches = 0;    // for pairs, at times more than one in a substep
-  std::int64_t laid_again = 0;  // in which constraints pulled so far that pairs were looked at twice
-  std::int64_t held = 0;        // in which something would have crossed
+  std::int64_t laid_again =
+      0;                  // substeps in which contacts were detected twice, because constraints moved particles far
+  std::int64_t held = 0;  // in which something would have crossed
   std::size_t bytes = 0;
 
   EdgeStats& operator+=(const EdgeStats& o) {
@@ -97,14 +97,14 @@ struct EdgeStats {
   }
 };
 
-/// What a person may want to know.
+/// Statistics of self-collision.
 struct SelfStats {
   int particles = 0, edges = 0, triangles = 0;
   std::int64_t crossings = 0;       // at the start
   std::int64_t searches = 0;        // for pairs, at times more than one in a substep
   std::int64_t held = 0;            // substeps in which something would have crossed
   std::int64_t driven_through = 0;  // substeps in which bodies could not get out of the way of pins or objects
-  std::int64_t candidates = 0;      // that the last search looked at
+  std::int64_t candidates = 0;      // of the last search
   std::int64_t pairs = 0;           // and found
   int phases = 0;                   // patches of a phase share no particle
 };
@@ -121,41 +121,42 @@ struct FilterStats {
 };
 
 /// Relative errors |S~ F - S F| / |S F|, over forces of independent random numbers and over elastic ones (A - M) d /
-/// dt^2 of random displacements d, which S takes most of away. S F: in double, to rounding, by iterative refinement.
+/// dt^2 of random displacements d, which S mostly cancels. S F is computed in double, to rounding, by iterative
+/// refinement.
 struct FilterErrors {
   double noise = 0, elastic = 0;
 };
 struct SolverStats {
   std::string instructions;  // of the kernels over packs
   PatchStats patches;
-  bool fused = false;               // prediction and state happen in the visits to the patches
+  bool fused = false;               // prediction and state update are part of the patch solves
   bool whole_steps = false;         // all substeps of a step in one parallel region
-  bool contact_free_steps = false;  // both, in steps in which nothing can come near the environment
+  bool contact_free_steps = false;  // both, in steps in which no particle can reach the environment
   std::vector<SetStats> sets;       // in the order of projection
   std::vector<LevelStats> levels;   // the finest first
   int levels_interval = 1;          // substeps
   std::size_t level_bytes = 0;
-  int level_layouts = 0;                                 // one more for each set of pins that lets go
+  int level_layouts = 0;                                 // one more for each set of pins that is released
   double level_seconds = 0;                              // of set-up
   std::optional<FilterStats> filter;                     // Desbrun's
   std::optional<SelfStats> self;                         // of self-collision
   std::optional<ContactStats> contact;                   // with the environment
   std::optional<EdgeStats> edges;                        // with its edges and corners
-  std::vector<UserConstraintStats> own;                  // constraints of the caller's own
-  int free_bodies = 0;                                   // of Desbrun's, whose momentum is corrected
-  bool corrects = false;                                 // their angular momentum too
+  std::vector<UserConstraintStats> user_constraints;     // user constraints
+  int free_bodies = 0;                                   // under Desbrun's method, with corrected momenta
+  bool corrects = false;                                 // including angular momenta
   std::size_t spring_bytes = 0;                          // of their ends, stiffness and rest lengths
   std::size_t force_launches = 0;                        // of a sum of Desbrun's forces
   std::size_t pressure_launches = 0;                     // of one projection of all pressures
-  std::size_t pressure_starts = 0;                       // launches of theirs where a substep begins
+  std::size_t pressure_starts = 0;                       // their launches at the start of a substep
   double colour_seconds = 0;                             // of set-up: phases of patches, runs, colours
   double layout_seconds = 0;                             // particles and constraints laid out
   double constraint_seconds = 0, collision_seconds = 0;  // colours and layout of constraints; environment meshes
   std::size_t long_range_bytes = 0, air_bytes = 0;       // of attachments; of the faces in the air
-  int long_range = 0, attachments = 0;                   // particles that hang on pins, and on how many in all
-  int air_particles = 0;                                 // that have faces in the air
+  int long_range = 0, attachments = 0;                   // tethered particles, and their tethers in all
+  int air_particles = 0;                                 // particles of faces in the wind
   std::size_t particle_bytes = 0, constraint_bytes = 0, collision_bytes = 0;
-  // Single constraints, those of batches there and back; pressure counted once a body, contacts not.
+  // Projections of single constraints; batched ones count in both sweeps, pressure once per body, contacts not at all.
   std::int64_t projections_per_step = 0;
 };
 

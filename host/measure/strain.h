@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The largest strains of a run, which are not those of its end.
+// The largest strains during a run.
 #pragma once
 #include <algorithm>
 #include <cstddef>
@@ -23,7 +23,7 @@ struct StrainSample {
   double beyond = 0;        // the farthest beyond a reach of long-range attachments, over that reach
 };
 
-/// The largest of what was sampled.
+/// The largest strains of all samples.
 struct LargestStrains {
   struct OfRun {
     double rms = 0;

@@ -161,7 +161,7 @@ class Connector {
   /// By itself or from a material's modulus.
   template <class Kind>
   static std::optional<double> compliance_of(const ConstraintSpec& spec) {
-    if constexpr (!Kind::strength.free)
+    if constexpr (!Kind::strength.accepts_stiffness)
       return Kind::compliance(spec.rigidity ? *spec.rigidity : spec.young_modulus.value(), spec.parameter);
     return spec.rigidity ? std::optional<double>(1 / *spec.rigidity) : spec.compliance;
   }

@@ -31,7 +31,7 @@ int Machine::groups(Precision precision) const { return multiprocessors * blocks
 PatchBounds Machine::patch_bounds(Precision precision) const {
   PatchBounds own = bounds;
   if (fast_bytes == 0) return own;
-  const auto slot = static_cast<std::size_t>(kLocalNumbers * bytes_of_number(precision));
+  const auto slot = static_cast<std::size_t>(kNumbersPerParticle * bytes_of_number(precision));
   own.slots = static_cast<int>(((fast_bytes + kOfBlock) / blocks_at_once(precision) - kOfBlock - kBesideSlots) / slot);
   return own;
 }

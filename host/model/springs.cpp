@@ -28,7 +28,7 @@ void soften_by_levers(ConstraintSet& set, double full, const std::vector<Vec3>& 
   std::vector<int> kept;
   set.compliance = 1, set.softness.clear();
   with_stencil(set, [&]<class Kind, class Stencil>(Kind, Stencil) {
-    if constexpr (Kind::strength.free)
+    if constexpr (Kind::strength.accepts_stiffness)
       for (int c = 0; c < set.count(); ++c) {
         const int* of = &set.particles[std::size_t(c) * set.arity];
         Vector3<double> q[Kind::particles];

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The levels of a model in the executor's memory, and their part of a substep: between prediction and the finest sweep.
+// The coarser levels of a model in the executor's memory, and their part of a substep, between prediction and the
+// finest sweep.
 #pragma once
 #include <chrono>
 #include <deque>
@@ -16,58 +17,59 @@ namespace malha {
 template <class Executor, class R>
 class Levels {
  public:
-  /// `finest`: of the model. `fused`: the coarse correction is applied inside the patch solve (see down()), otherwise
-  /// in a pass before it. `islands`: the first particle of each connected body. `interactive`: then either may be asked
-  /// for.
+  /// `finest`: the sweep of the model. `fused`: the coarse correction is applied inside the patch solve (see
+  /// prolongation()), otherwise in a pass before it. `islands`: the first particle of each connected body.
+  /// `interactive`: both forms are prepared.
   Levels(const Executor& executor, const std::vector<Level>& levels, const Sweep<Executor, R>& finest, int threads,
          bool fused, const std::vector<int>& islands, bool interactive = false)
       : islands_(islands), origins_(islands.size()) {
     seconds_.assign(levels.size(), 0);
     for (std::size_t l = 0; l < levels.size(); ++l) {
-      const auto lay_out = [&](const auto& finer, TransferOperator* down) {
+      const auto lay_out = [&](const auto& finer, TransferOperator* prolongation) {
         const std::vector<Patch> patches = finer.patches();
         const std::vector<Segment> segments = finer.segments();
-        const auto goals = fused || l > 0 ? goals_of_visits(patches, segments) : goals_in_order(levels[l].down, kPiece);
+        const auto goals = fused || l > 0 ? goals_by_patch(patches, segments) : goals_in_order(levels[l].down, kPiece);
         const MeanPlan plan = plan_means(levels[l].down, goals);
-        *down = TransferOperator(plan);
+        *prolongation = TransferOperator(plan);
         levels_.emplace_back(executor, levels[l], plan_parts(levels[l].up, patches, segments), plan.in_columns(),
                              threads);
       };
       if (l == 0)
-        lay_out(finest, &down_);
+        lay_out(finest, &prolongation_);
       else
-        lay_out(levels_[l - 1].sweep, &levels_[l - 1].down);
+        lay_out(levels_[l - 1].sweep, &levels_[l - 1].prolongation);
     }
     if (fused && interactive)
-      before_ = TransferOperator(plan_means(levels.front().down, goals_in_order(levels.front().down, kPiece)));
+      unfused_prolongation_ =
+          TransferOperator(plan_means(levels.front().down, goals_in_order(levels.front().down, kPiece)));
   }
 
-  /// What a finest visit that predicts adds.
-  ProlongationView<R> down() const { return of(down_, levels_.front()); }
-  /// Where the last finest visits leave what the next prediction will be.
-  RestrictionTarget<R> up() const {
-    RestrictionTarget<R> up = this->up(levels_.front());
-    up.origins = origins_.points();
-    return up;
+  /// The coarse correction that a predicting solve of the finest level adds.
+  ProlongationView<R> prolongation() const { return of(prolongation_, levels_.front()); }
+  /// Where the last solves of the finest level restrict the next prediction to.
+  RestrictionTarget<R> restriction() const {
+    RestrictionTarget<R> target = target_of(levels_.front());
+    target.origins = origins_.points();
+    return target;
   }
 
-  /// Before a step: rounding is to be small beside bodies, wherever they are.
-  void take_origins(const Executor& executor, const Points<R>& x) const {
-    parallel_for(executor, static_cast<int>(islands_.size()), StoreOrigins<R>{x, islands_.data(), origins_.points()});
+  /// Sets the origins of bodies for a step, so that rounding is relative to the size of bodies, wherever they are.
+  void set_origins(const Executor& executor, const Points<R>& x) const {
+    parallel_for(executor, static_cast<int>(islands_.size()), SetOrigins<R>{x, islands_.data(), origins_.points()});
   }
-  /// The finest level arrives, where a visit that predicts will take its particles: `finest` knows their patches.
+  /// Restricts the positions that a predicting solve will compute to the finest of these levels.
   template <class Team>
-  void restrict_prediction(const Team& team, const Sweep<Executor, R>& finest, const SolvePatch<R>& visit) const {
-    const Particles<R>& all = visit.particles;
-    restrict_to(team, finest, {all.p, all.v, all.w, origins_.points(), visit.dt, visit.gravity}, levels_.front());
+  void restrict_prediction(const Team& team, const Sweep<Executor, R>& finest, const SolvePatch<R>& solve) const {
+    const Particles<R>& all = solve.particles;
+    restrict_to(team, finest, {all.p, all.v, all.w, origins_.points(), solve.dt, solve.gravity}, levels_.front());
   }
-  /// The same after visits that left it.
+  /// Adds the partial sums after solves that restricted.
   template <class Team>
   void join_parts(const Team& team) const {
     join_parts(team, levels_.front());
   }
 
-  /// After the finest level has arrived: the coarser ones, and all sweeps, from the coarsest on.
+  /// Restricts to the coarser levels, and sweeps all levels, the coarsest first.
   template <class Team>
   void sweep(const Team& team) const {
     LapTimer lap(is_leader(team) ? &seconds_ : nullptr);
@@ -78,30 +80,30 @@ class Levels {
     }
     for (std::size_t l = levels_.size(); l-- > 0;) {
       const LevelData& own = levels_[l];
-      SolveCoarsePatch<R> visit{};
-      own.sweep.fill(visit);
-      visit.x = own.x.points(), visit.arrival = own.arrival.points(), visit.d = own.d.points();
-      visit.w = own.w.data();
+      SolveCoarsePatch<R> solve{};
+      own.sweep.fill(solve);
+      solve.x = own.x.points(), solve.arrival = own.arrival.points(), solve.d = own.d.points();
+      solve.w = own.w.data();
       if (own.columns)
-        visit.delta = own.delta.points();
+        solve.delta = own.delta.points();
       else
-        visit.delta_rows = own.delta_rows.points();
-      visit.rank = own.rank.data();
-      if (l + 1 < levels_.size()) visit.down = of(own.down, levels_[l + 1]);
-      own.sweep(team, visit);
+        solve.delta_rows = own.delta_rows.points();
+      solve.rank = own.rank.data();
+      if (l + 1 < levels_.size()) solve.prolongation = of(own.prolongation, levels_[l + 1]);
+      own.sweep(team, solve);
       lap(l);
     }
   }
-  /// That sweep() took for each level.
+  /// Time that sweep() took for each level, s.
   const std::vector<double>& seconds_of_each() const { return seconds_; }
 
-  /// Predicted particles p, which then follow.
+  /// Restricts predicted particles p, sweeps the levels, and adds the correction to p.
   template <class Team>
   void apply_coarse_correction(const Team& team, const Sweep<Executor, R>& finest, const Particles<R>& all) const {
     restrict_to(team, finest, {all.p, {}, all.w, origins_.points(), R(0), {}}, levels_.front());
     sweep(team);
-    const TransferOperator& laid = before_.bytes() > 0 ? before_ : down_;
-    parallel_groups(team, 0, laid.pieces(), {}, Prolongate<R>{of(laid, levels_.front()), all.p.d});
+    const TransferOperator& transfer = unfused_prolongation_.bytes() > 0 ? unfused_prolongation_ : prolongation_;
+    parallel_groups(team, 0, transfer.pieces(), {}, Prolongate<R>{of(transfer, levels_.front()), all.p.d});
   }
 
   std::vector<LevelStats> facts() const {
@@ -115,7 +117,7 @@ class Levels {
   }
 
   std::size_t bytes() const {
-    std::size_t sum = down_.bytes() + before_.bytes();
+    std::size_t sum = prolongation_.bytes() + unfused_prolongation_.bytes();
     for (const LevelData& own : levels_) sum += own.bytes();
     return sum;
   }
@@ -123,7 +125,7 @@ class Levels {
  private:
   static constexpr int kPiece = 512;  // means
 
-  /// Adds up what each level takes, on the thread that leads.
+  /// Adds up the time of each level, on the leading thread.
   class LapTimer {
    public:
     explicit LapTimer(std::vector<double>* seconds) : seconds_(seconds) {
@@ -140,7 +142,7 @@ class Levels {
     std::chrono::steady_clock::time_point start_;
   };
 
-  /// Means laid out.
+  /// Restriction or prolongation in the executor's memory.
   struct TransferOperator {
     Array<Executor, int> begin;
     Array<Executor, MeanRun> runs;
@@ -158,20 +160,20 @@ class Levels {
 
   struct LevelData {
     Sweep<Executor, R, KindList<Coarse>> sweep;
-    PointArray<Executor, R> x, arrival;  // and parts of means
+    PointArray<Executor, R> x, arrival;  // and partial sums behind the particles
     PointArray<Executor, R> d;
     PointArray<Executor, R> delta;
-    ScatteredArray<Executor, R> delta_rows;  // one of the two
+    ScatteredArray<Executor, R> delta_rows;  // only one of delta and delta_rows is used
     Array<Executor, R> w;
-    Array<Executor, int> place, rank;  // of each mean; of each particle
-    TransferOperator up, down;         // down: from the next coarser level
+    Array<Executor, int> place, rank;            // of each mean; of each particle
+    TransferOperator restriction, prolongation;  // prolongation: from the next coarser level
     Array<Executor, int> joined, parts;
     bool columns;
 
     LevelData(const Executor& executor, const Level& level, const MeanParts& means, bool in_columns, int threads)
         : sweep(executor, level.model, threads),
           d(level.model.x.size()),
-          up(means.plan),
+          restriction(means.plan),
           parts(means.begin),
           columns(in_columns) {
       const std::size_t n = level.particle.size();
@@ -193,28 +195,28 @@ class Levels {
     Displaced<R> arrives() const { return {x.points(), arrival.points(), {}}; }
     std::size_t bytes() const {
       std::size_t sum = x.bytes() + arrival.bytes() + d.bytes() + delta.bytes() + delta_rows.bytes() + w.bytes() +
-                        place.bytes() + rank.bytes() + up.bytes() + down.bytes() + joined.bytes() + parts.bytes() +
-                        sweep.facts().bytes;
+                        place.bytes() + rank.bytes() + restriction.bytes() + prolongation.bytes() + joined.bytes() +
+                        parts.bytes() + sweep.facts().bytes;
       for (const SetStats& set : sweep.set_facts()) sum += set.bytes;
       return sum;
     }
   };
 
-  static ProlongationView<R> of(const TransferOperator& down, const LevelData& level) {
-    if (!level.columns) return {down.view(), {}, {level.delta_rows.points().of, nullptr}};
+  static ProlongationView<R> of(const TransferOperator& prolongation, const LevelData& level) {
+    if (!level.columns) return {prolongation.view(), {}, {level.delta_rows.points().of, nullptr}};
     const Points<R> delta = level.delta.points();
-    return {down.view(), SoaView<R>{delta.x, delta.y, delta.z, nullptr, nullptr, nullptr, nullptr}, {}};
+    return {prolongation.view(), SoaView<R>{delta.x, delta.y, delta.z, nullptr, nullptr, nullptr, nullptr}, {}};
   }
 
-  static RestrictionTarget<R> up(const LevelData& level) {
-    return {level.up.view(), level.place.data(), level.x.points(), level.arrival.points(), {}};
+  static RestrictionTarget<R> target_of(const LevelData& level) {
+    return {level.restriction.view(), level.place.data(), level.x.points(), level.arrival.points(), {}};
   }
 
   template <class Team, class Finer>
   static void restrict_to(const Team& team, const Finer& finer, const PredictedParticles<R>& particles,
                           const LevelData& level) {
-    Restrict<R> visit{nullptr, nullptr, particles, up(level)};
-    finer.visit_once(team, visit);
+    Restrict<R> restrict_patches{nullptr, nullptr, particles, target_of(level)};
+    finer.for_each_patch(team, restrict_patches);
     join_parts(team, level);
   }
   template <class Team>
@@ -227,8 +229,9 @@ class Levels {
   Array<Executor, int> islands_;
   PointArray<Executor, R> origins_;  // of each, in a step
   std::deque<LevelData> levels_;
-  mutable std::vector<double> seconds_;  // of each
-  TransferOperator down_, before_;       // before_: what follows before the visits, where down_ is of those
+  mutable std::vector<double> seconds_;    // of each
+  TransferOperator prolongation_;          // fused into patch solves, unless there is only this one
+  TransferOperator unfused_prolongation_;  // for a pass of its own; empty unless both are prepared
 };
 
 }  // namespace malha

@@ -19,7 +19,7 @@ class Planner {
     if (terms.empty()) return;
     ++plan.means;
     std::sort(terms.begin(), terms.end(), [](const auto& a, const auto& b) { return a.from < b.from; });
-    if (!new_piece && goes_on(goal, terms)) {
+    if (!new_piece && continues_run(goal, terms)) {
       ++plan.runs.back().count;
       return;
     }
@@ -30,7 +30,7 @@ class Planner {
   MeanPlan plan;
 
  private:
-  bool goes_on(const Goal& goal, const std::vector<MeanTerm<double>>& terms) const {
+  bool continues_run(const Goal& goal, const std::vector<MeanTerm<double>>& terms) const {
     if (plan.runs.empty()) return false;
     const MeanRun& run = plan.runs.back();
     if (goal.to != run.to + run.count || run.terms != static_cast<int>(terms.size())) return false;
@@ -45,7 +45,7 @@ class Planner {
   const Means& means_;
 };
 
-/// Within each piece: a loop whose length seldom changes is predicted well.
+/// Sorts the runs of each piece by number of terms, so that the branches of the inner loop are predicted well.
 void sort_by_terms(MeanPlan& plan) {
   for (std::size_t piece = 0; piece + 1 < plan.begin.size(); ++piece)
     std::stable_sort(plan.runs.begin() + plan.begin[piece], plan.runs.begin() + plan.begin[piece + 1],
@@ -81,13 +81,12 @@ std::vector<std::vector<Goal>> goals_in_order(const Means& means, int size) {
   return pieces;
 }
 
-std::vector<std::vector<Goal>> goals_of_visits(const std::vector<Patch>& patches,
-                                               const std::vector<Segment>& segments) {
+std::vector<std::vector<Goal>> goals_by_patch(const std::vector<Patch>& patches, const std::vector<Segment>& segments) {
   std::vector<std::vector<Goal>> goals;
   for (const Patch& patch : patches) {
     goals.emplace_back();
     for (int s = patch.segment; s < patch.segment + patch.segments; ++s)
-      if (segments[s].first_visit && segments[s].movable)
+      if (segments[s].first_solve && segments[s].movable)
         for (int i = 0; i < segments[s].count; ++i)
           goals.back().push_back({segments[s].global + i, segments[s].local + i});
   }
@@ -95,17 +94,17 @@ std::vector<std::vector<Goal>> goals_of_visits(const std::vector<Patch>& patches
 }
 
 MeanParts plan_parts(const Means& means, const std::vector<Patch>& patches, const std::vector<Segment>& segments) {
-  struct Home {
+  struct Location {
     int patch, slot;
   };
-  std::vector<Home> homes;
+  std::vector<Location> location;
   for (std::size_t k = 0; k < patches.size(); ++k)
     for (int s = patches[k].segment; s < patches[k].segment + patches[k].segments; ++s) {
       const Segment& segment = segments[s];
-      if (!segment.last_visit) continue;
-      if (homes.size() < static_cast<std::size_t>(segment.global + segment.count))
-        homes.resize(segment.global + segment.count);
-      for (int i = 0; i < segment.count; ++i) homes[segment.global + i] = {static_cast<int>(k), segment.local + i};
+      if (!segment.last_solve) continue;
+      if (location.size() < static_cast<std::size_t>(segment.global + segment.count))
+        location.resize(segment.global + segment.count);
+      for (int i = 0; i < segment.count; ++i) location[segment.global + i] = {static_cast<int>(k), segment.local + i};
     }
   MeanParts parts;
   Means own;  // the parts
@@ -115,13 +114,13 @@ MeanParts plan_parts(const Means& means, const std::vector<Patch>& patches, cons
   for (int r = 0; r < means.count(); ++r) {
     const auto first = means.of.begin() + means.begin[r], last = means.of.begin() + means.begin[r + 1];
     std::vector<int> of;  // the patches
-    for (auto i = first; i != last; ++i) of.push_back(homes[*i].patch);
+    for (auto i = first; i != last; ++i) of.push_back(location[*i].patch);
     std::sort(of.begin(), of.end());
     of.erase(std::unique(of.begin(), of.end()), of.end());
     for (std::size_t k = 0; k < of.size(); ++k) {
       for (auto i = first; i != last; ++i)
-        if (homes[*i].patch == of[k])
-          own.of.push_back(homes[*i].slot), own.weight.push_back(means.weight[i - means.of.begin()]);
+        if (location[*i].patch == of[k])
+          own.of.push_back(location[*i].slot), own.weight.push_back(means.weight[i - means.of.begin()]);
       (k == 0 ? pieces : further)[of[k]].push_back({own.count(), k == 0 ? r : next++});
       own.begin.push_back(static_cast<int>(own.of.size()));
     }

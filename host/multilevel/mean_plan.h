@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Means laid out in runs: those side by side that read what lies side by side, with the same weights.
+// Layout of restriction and prolongation: consecutive means of consecutive terms with the same weights form runs.
 #pragma once
 #include <vector>
 
@@ -9,35 +9,35 @@
 
 namespace malha {
 
-/// A mean and where it goes.
+/// A mean and the index where it is stored.
 struct Goal {
   int mean, to;
 };
 
 struct MeanPlan {
-  std::vector<int> begin{0};  // of each piece, and one more
+  std::vector<int> begin{0};  // first run of each piece, and the number of runs
   std::vector<MeanRun> runs;
   std::vector<MeanTerm<double>> terms;
   int means = 0;
-  /// Whether packs of them are worth while.
+  /// Whether runs are long enough for packs.
   bool in_columns() const { return means >= 4 * static_cast<int>(runs.size()); }
 };
 
-/// `pieces`: goals in the order in which they are worked on.
+/// `pieces`: goals in the order of their computation.
 MeanPlan plan_means(const Means& means, const std::vector<std::vector<Goal>>& pieces);
 
-/// Every mean at its own number, in pieces of `size`.
+/// A goal for every mean at its own index, in pieces of `size`.
 std::vector<std::vector<Goal>> goals_in_order(const Means& means, int size);
 
-/// A mean for each particle that a patch is the first to visit, at its place in the patch's memory.
-std::vector<std::vector<Goal>> goals_of_visits(const std::vector<Patch>& patches, const std::vector<Segment>& segments);
+/// A goal for each particle in the patch that solves it first, at its slot of the patch's memory.
+std::vector<std::vector<Goal>> goals_by_patch(const std::vector<Patch>& patches, const std::vector<Segment>& segments);
 
-/// Means of particles as sums of parts, each of places in the memory of the patch that is the last to visit them. The
-/// first part of mean r is at r; further ones are at `means` and above.
+/// Means as sums of partial sums, each over slots of the patch that solves those particles last. The first part of mean
+/// r is at r; further ones are behind all means.
 struct MeanParts {
   MeanPlan plan;           // patch by patch
   std::vector<int> mean;   // means of several parts
-  std::vector<int> begin;  // the further parts of each, and one more
+  std::vector<int> begin;  // first further part of each, and the end
 };
 MeanParts plan_parts(const Means& means, const std::vector<Patch>& patches, const std::vector<Segment>& segments);
 

@@ -12,11 +12,11 @@ namespace malha {
 
 namespace {
 
-class Cutter {
+class PatchBuilder {
  public:
-  Cutter(const Model& model, const std::vector<ByOwner>& owned, const Touches& touches, int patch,
-         const std::vector<int>& neighbours)
-      : model_(model), owned_(owned), touches_(touches), patch_(patch) {
+  PatchBuilder(const Model& model, const std::vector<ByOwner>& owned, const SharedPhases& shared, int patch,
+               const std::vector<int>& neighbours)
+      : model_(model), owned_(owned), shared_(shared), patch_(patch) {
     begin_ = model.patches.begin[patch], end_ = model.patches.begin[patch + 1];
     particles_.resize(end_ - begin_);
     std::iota(particles_.begin(), particles_.end(), begin_);
@@ -24,7 +24,7 @@ class Cutter {
     std::sort(particles_.begin(), particles_.end());
   }
 
-  PatchLayout cut() {
+  PatchLayout build() {
     if (!try_columns()) use_rows();
     piece_.segments.clear();
     add_segments();
@@ -34,14 +34,14 @@ class Cutter {
   }
 
  private:
-  /// What pads a pack has particles of its own.
-  int spares_a_pack() const {
+  /// Number of padding particles of a gathered batch: padding lanes of a pack have particles of their own.
+  int padding_particles() const {
     int arity = 4;
     for (const ConstraintSet& set : model_.sets) arity = std::max(arity, set.arity);
     return arity * kSlotPack;
   }
 
-  /// Sorted by class, if enough constraints then lie in runs.
+  /// Lays the patch out as a structure of arrays, with particles sorted by class, if enough constraints then form runs.
   bool try_columns() {
     const auto& class_of = model_.patches.class_of;
     if (std::any_of(particles_.begin(), particles_.end(), [&](int i) { return class_of[i] == kNoClass; })) return false;
@@ -55,14 +55,14 @@ class Cutter {
     slot_ = layout.slot;
     spares_ = layout.slots;
     add_sets(true);
-    int held = 0, all = 0;
+    int in_runs = 0, all = 0;
     for (std::size_t s = 0; s < owned_.size(); ++s) {
-      held += piece_.sets[s].in_runs;
+      in_runs += piece_.sets[s].in_runs;
       all += owned_[s].begin[patch_ + 1] - owned_[s].begin[patch_];
     }
-    if (layout.slots + spares_a_pack() <= kMostSlots && worth_runs(held, all)) {
+    if (layout.slots + padding_particles() <= kMostSlots && worth_runs(in_runs, all)) {
       piece_.patch.columns = true;
-      piece_.patch.slots = layout.slots + spares_a_pack();
+      piece_.patch.slots = layout.slots + padding_particles();
       return true;
     }
     particles_ = in_order;
@@ -75,10 +75,10 @@ class Cutter {
     spares_ = static_cast<int>(particles_.size());
     add_sets(false);
     piece_.patch.columns = false;
-    piece_.patch.slots = spares_ + spares_a_pack();
+    piece_.patch.slots = spares_ + padding_particles();
   }
 
-  /// Of a level there is one: its places are from the origins of bodies already.
+  /// The body of a particle. A level counts as one body: its positions are relative to the origins of bodies already.
   int body_of(int i) const {
     const auto& islands = model_.islands;
     return islands.empty()
@@ -89,17 +89,17 @@ class Cutter {
   void add_segments() {
     for (const int i : particles_) origin_.try_emplace(body_of(i), i);
     const auto at = [this](std::size_t n) {
-      const int i = particles_[n], phase = touches_.phase[patch_];
+      const int i = particles_[n], phase = shared_.phase[patch_];
       const bool movable = model_.w[i] > 0;
       const int body = body_of(i);
-      const bool alone = !movable || touches_.last[i] < 0;
+      const bool alone = !movable || shared_.last[i] < 0;
       return Segment{i,
                      slot_[n],
                      1,
                      origin_.at(body),
                      body,
-                     alone || touches_.first[i] == phase,
-                     alone || touches_.last[i] == phase,
+                     alone || shared_.first[i] == phase,
+                     alone || shared_.last[i] == phase,
                      movable};
     };
     for (std::size_t n = 0; n < particles_.size(); ++n) {
@@ -107,7 +107,7 @@ class Cutter {
       if (!piece_.segments.empty()) {
         Segment& last = piece_.segments.back();
         if (last.global + last.count == next.global && last.local + last.count == next.local &&
-            last.body == next.body && last.first_visit == next.first_visit && last.last_visit == next.last_visit &&
+            last.body == next.body && last.first_solve == next.first_solve && last.last_solve == next.last_solve &&
             last.movable == next.movable) {
           ++last.count;
           continue;
@@ -118,7 +118,7 @@ class Cutter {
   }
 
   void add_sets(bool with_runs) {
-    // Where each particle of the patch lies in its memory: own ones by number, the others by search.
+    // The slot of each particle: own ones are looked up by number, the others by search.
     std::vector<int> sorted(particles_.size());
     std::iota(sorted.begin(), sorted.end(), 0);
     std::sort(sorted.begin(), sorted.end(), [this](int a, int b) { return particles_[a] < particles_[b]; });
@@ -173,7 +173,7 @@ class Cutter {
     piece_.batches.push_back(batch);
   }
 
-  /// Colour by colour, those without pins first.
+  /// Adds gathered batches colour by colour, those without pins first.
   void add_gathered(int s, const std::vector<int>& constraints, const std::vector<int>& local,
                     const std::vector<bool>& pinned) {
     const int arity = model_.sets[s].arity;
@@ -207,22 +207,22 @@ class Cutter {
 
   const Model& model_;
   const std::vector<ByOwner>& owned_;
-  const Touches& touches_;
+  const SharedPhases& shared_;
   const int patch_;
-  int begin_ = 0, end_ = 0;     // the particles of the patch itself
+  int begin_ = 0, end_ = 0;     // the patch's own particles
   std::vector<int> particles_;  // with the neighbours, in the order of their slots
   std::vector<int> slot_;       // of each
-  std::map<int, int> origin_;   // of each body, one of them
-  int spares_ = 0;              // behind all of them: what the padding of gathered batches reads and writes
+  std::map<int, int> origin_;   // one particle of each body
+  int spares_ = 0;              // first padding slot, behind all particles
   std::vector<std::uint8_t> class_of_slot_;
   PatchLayout piece_;
 };
 
 }  // namespace
 
-PatchLayout lay_out_patch(const Model& model, const std::vector<ByOwner>& owned, const Touches& touches, int patch,
+PatchLayout lay_out_patch(const Model& model, const std::vector<ByOwner>& owned, const SharedPhases& shared, int patch,
                           const std::vector<int>& neighbours) {
-  return Cutter(model, owned, touches, patch, neighbours).cut();
+  return PatchBuilder(model, owned, shared, patch, neighbours).build();
 }
 
 }  // namespace malha

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One patch of a plan: its particles in its own memory, and its constraints in batches.
+// Layout of one patch: its particles in fast memory, and its constraints in batches.
 #pragma once
 #include <vector>
 
@@ -8,13 +8,13 @@
 
 namespace malha {
 
-/// When a sweep over all patches visits the particles that more than one patch visits, by phase.
-struct Touches {
+/// The phases in which a sweep over all patches solves shared particles for the first and the last time.
+struct SharedPhases {
   std::vector<int> first, last;  // of each particle; above and below every phase for those that are not shared
   std::vector<int> phase;        // of each patch
 };
 
-/// With slots and indices counted from the start of the patch.
+/// One patch, with slots and indices relative to its own.
 struct PatchLayout {
   Patch patch{};
   std::vector<Segment> segments;
@@ -22,8 +22,8 @@ struct PatchLayout {
   std::vector<SetPlan> sets;
 };
 
-/// `owned`: of each set, the constraints of each patch. `neighbours`: the particles of other patches that those touch.
-PatchLayout lay_out_patch(const Model& model, const std::vector<ByOwner>& owned, const Touches& touches, int patch,
+/// `owned`: for each set, the constraints of each patch. `neighbours`: the particles of other patches that those have.
+PatchLayout lay_out_patch(const Model& model, const std::vector<ByOwner>& owned, const SharedPhases& shared, int patch,
                           const std::vector<int>& neighbours);
 
 }  // namespace malha

@@ -31,7 +31,7 @@ class Planner {
     launch(count, [this](int k) { neighbours_[k] = neighbours(k); });
     find_phases();
     pieces_.resize(count);
-    launch(count, [this](int k) { pieces_[k] = lay_out_patch(model_, owned_, touches_, k, neighbours_[k]); });
+    launch(count, [this](int k) { pieces_[k] = lay_out_patch(model_, owned_, shared_phases_, k, neighbours_[k]); });
     for (const PatchLayout& piece : pieces_)
       if (piece.patch.slots > kMostSlots)
         refuse(model_.scene.file, "/bodies",
@@ -46,7 +46,7 @@ class Planner {
     parallel_tasks(OpenMP{threads_}, count, work);
   }
 
-  /// Particles of other patches that the constraints of this one touch, ascending.
+  /// Particles of other patches that constraints of this one have, ascending.
   std::vector<int> neighbours(int k) const {
     std::vector<int> found;
     for (std::size_t s = 0; s < owned_.size(); ++s) {
@@ -61,7 +61,7 @@ class Planner {
     return found;
   }
 
-  /// Patches that share a movable particle get different phases, greedily in their order: strips alternate.
+  /// Colours the patches greedily in their order: patches that share a movable particle get different phases.
   void find_phases() {
     const int particles = model_.count(), count = model_.patches.count();
     std::vector<bool> shared(particles, false);
@@ -70,28 +70,29 @@ class Planner {
     UsedColours used(particles);
     phase_.resize(count);
     for (int k = 0; k < count; ++k) {
-      const std::vector<int> places = shared_places(k, shared);
+      const std::vector<int> places = shared_particles(k, shared);
       const int n = static_cast<int>(places.size());
       phase_[k] = used.lowest_free(places.data(), n);
       used.use(phase_[k], places.data(), n);
     }
-    const int end = visit_last_together();
-    touches_.first.assign(particles, std::numeric_limits<int>::max());
-    touches_.last.assign(particles, -1);
+    const int end = align_last_phase();
+    shared_phases_.first.assign(particles, std::numeric_limits<int>::max());
+    shared_phases_.last.assign(particles, -1);
     for (int k = 0; k < count; ++k)
-      for (const int i : shared_places(k, shared)) {
-        touches_.first[i] = std::min(touches_.first[i], phase_[k]);
-        touches_.last[i] = std::max(touches_.last[i], phase_[k]);
+      for (const int i : shared_particles(k, shared)) {
+        shared_phases_.first[i] = std::min(shared_phases_.first[i], phase_[k]);
+        shared_phases_.last[i] = std::max(shared_phases_.last[i], phase_[k]);
       }
-    touches_.phase = phase_;
-    // Those before the last phase are visited back, from their last one to the first.
+    shared_phases_.phase = phase_;
+    // The backward sweep over the phases before the last ends at a particle's first one.
     for (int i = 0; i < particles; ++i)
-      if (touches_.last[i] != end && touches_.last[i] >= 0) touches_.last[i] = touches_.first[i];
+      if (shared_phases_.last[i] != end && shared_phases_.last[i] >= 0)
+        shared_phases_.last[i] = shared_phases_.first[i];
     plan_.shared = static_cast<int>(std::count(shared.begin(), shared.end(), true));
   }
 
-  /// The particles of a patch that others visit too.
-  std::vector<int> shared_places(int k, const std::vector<bool>& shared) const {
+  /// The particles of a patch that are in others too.
+  std::vector<int> shared_particles(int k, const std::vector<bool>& shared) const {
     std::vector<int> places;
     const auto& begin = model_.patches.begin;
     for (int i = begin[k]; i < begin[k + 1]; ++i)
@@ -101,9 +102,9 @@ class Planner {
     return places;
   }
 
-  /// Of patches that share particles, directly or by others, the last phase is visited after its turn. It becomes that
-  /// of all, which is returned: otherwise the order within one body would hang on how many phases another has.
-  int visit_last_together() {
+  /// Moves the last phase of each connected set of patches to the last phase of all, which it returns. Otherwise the
+  /// order within one body would depend on the number of phases of another.
+  int align_last_phase() {
     const int count = model_.patches.count();
     DisjointSets together(count);
     for (int k = 0; k < count; ++k)
@@ -117,7 +118,7 @@ class Planner {
     return end;
   }
 
-  /// The pieces one after the other, phase by phase.
+  /// Concatenates the patches phase by phase.
   PatchPlan join() {
     std::vector<int> order(pieces_.size());
     std::iota(order.begin(), order.end(), 0);
@@ -165,15 +166,15 @@ class Planner {
   std::vector<int> patch_of_, phase_;
   std::vector<ByOwner> owned_;                // of each set
   std::vector<std::vector<int>> neighbours_;  // of each patch
-  Touches touches_;
+  SharedPhases shared_phases_;
   std::vector<PatchLayout> pieces_;
   PatchPlan plan_;
 };
 
 }  // namespace
 
-std::vector<PhaseVisit> visits_of(int phases) {
-  std::vector<PhaseVisit> all;
+std::vector<PhaseSweep> sweep_order(int phases) {
+  std::vector<PhaseSweep> all;
   const int turn = phases - 2;
   for (int phase = 0; phase <= turn; ++phase) all.push_back({phase, true, phase == turn});
   for (int phase = turn - 1; phase >= 0; --phase) all.push_back({phase, false, true});

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How the constraints of a model lie in memory: patch by patch, and in a patch set by set and colour by colour.
+// Memory layout of a model's constraints: patch by patch, and in a patch set by set and colour by colour.
 #pragma once
 #include <vector>
 
@@ -8,7 +8,7 @@
 
 namespace malha {
 
-/// The slots of one constraint set. Those of a run have no index.
+/// The slots of one constraint set. Slots of runs have no index.
 struct SetPlan {
   std::vector<int> constraint;                    // of each slot; -1: padding
   std::vector<LocalIndex> index[kMostParticles];  // in the patch's memory, of the particles of gathered slots
@@ -18,33 +18,33 @@ struct SetPlan {
 
 struct PatchPlan {
   std::vector<Patch> patches;    // phase by phase
-  std::vector<int> number;       // of each, among those of the model
-  std::vector<int> phase_begin;  // patches of one phase share no particle; one more: the number of patches
+  std::vector<int> number;       // index of each patch in the model
+  std::vector<int> phase_begin;  // first patch of each phase, and the number of patches; within a phase none is shared
   std::vector<Segment> segments;
   std::vector<Batch> batches;
   std::vector<SetPlan> sets;  // as in the model
-  int most_slots = 0;         // of fast memory
-  int most_constraints = 0;   // of a patch, with what pads them
-  int shared = 0;             // particles that more than one patch visits
-  int columns = 0;            // patches whose memory is laid out for runs
+  int most_slots = 0;         // of a patch, particles in fast memory
+  int most_constraints = 0;   // of a patch, padding included
+  int shared = 0;             // particles of more than one patch
+  int columns = 0;            // patches that are laid out as a structure of arrays, for runs
 
   int phases() const { return static_cast<int>(phase_begin.size()) - 1; }
-  /// Patches of the largest phase: more threads than this find nothing to do.
+  /// Number of patches of the largest phase, the largest useful number of threads.
   int width() const;
   std::size_t bytes() const;  // of patches, segments and batches
 };
 
-/// A visit to the patches of a phase: which ways it goes through their constraints.
-struct PhaseVisit {
+/// One launch over the patches of a phase, and the sweeps over their constraints that it does.
+struct PhaseSweep {
   int phase;
-  bool there, back;
-  int sweeps() const { return there + back; }
+  bool forward, backward;
+  int sweeps() const { return forward + backward; }
 };
 
-/// Those of an iteration, in their order (kernels/patch/solve_patch.h).
-std::vector<PhaseVisit> visits_of(int phases);
+/// The launches of an iteration, in order (kernels/patch/solve_patch.h).
+std::vector<PhaseSweep> sweep_order(int phases);
 
-/// Depends on the model alone, not on `threads`.
+/// The plan depends on the model alone, not on `threads`.
 PatchPlan plan_patches(const Model& model, int threads = 1);
 
 }  // namespace malha

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The constraints of a model in the executor's memory, and sweeps over them there and back, phase by phase.
+// The constraints of a model in the executor's memory, and symmetric Gauss-Seidel sweeps over them, phase by phase.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -28,110 +28,113 @@ class Sweep {
     patches_ = Array<Executor, Patch>(plan.patches);
     segments_ = Array<Executor, Segment>(plan.segments);
     phase_begin_ = plan.phase_begin;
-    order_ = visits_of(plan.phases());
+    order_ = sweep_order(plan.phases());
     width_ = plan.width();
     std::vector<SetView<R>> views;
     sets_.resize(model.sets.size());
     for (std::size_t s = 0; s < sets_.size(); ++s) views.push_back(lay_out(model, static_cast<int>(s), plan, sets_[s]));
     batches_ = Array<Executor, Batch>(plan.batches);
     views_ = Array<Executor, SetView<R>>(views);
-    lost_ = Array<Executor, int>(plan.patches.size(), 0);
-    // Whole cache lines, and the memories of two threads never in the same set of a cache.
+    non_finite_ = Array<Executor, int>(plan.patches.size(), 0);
+    // The memory of a thread is whole cache lines, and those of two threads do not map to the same set of a cache.
     const std::size_t numbers =
-        kLocalNumbers * std::size_t(plan.most_slots) + (remembers(Kinds{}) ? plan.most_constraints : 0);
+        kNumbersPerParticle * std::size_t(plan.most_slots) + (stores_arrival(Kinds{}) ? plan.most_constraints : 0);
     memory_bytes_ = (numbers * sizeof(R) / 128 + 1) * 128 + 64;
     memory_ = Array<Executor, char>(memory_bytes_ * threads, 0);
     prefetches_ = model.x.size() * 10 * sizeof(R) > kCache;
     note_facts(model, plan);
   }
 
-  /// Runs work(team) on the threads that the patches can keep busy, with many sweeps in it.
+  /// Runs work(team), which may do many sweeps, on as many threads as the patches can keep busy.
   template <class Work>
   void region(const Work& work) const {
     parallel_region(executor_, width_, work);
   }
 
-  /// The same, with launches that hang on key() alone.
+  /// The same, for launches that depend on key() alone and are recorded.
   template <class Key, class Work>
   void region(Recording<Executor>& recording, const Key& key, const Work& work) const {
     repeated_region(executor_, width_, recording, key, work);
   }
 
-  /// Fills in what every patch solve needs to know of the patches.
+  /// Fills in the data of the patches.
   template <class Solve>
-  void fill(Solve& visit) const {
-    visit.patches = patches_.data(), visit.segments = segments_.data(), visit.batches = batches_.data();
-    visit.sets = views_.data(), visit.prefetches = prefetches_;
+  void fill(Solve& solve) const {
+    solve.patches = patches_.data(), solve.segments = segments_.data(), solve.batches = batches_.data();
+    solve.sets = views_.data(), solve.prefetches = prefetches_;
   }
 
-  /// Visits every patch once, in any order.
+  /// Runs a kernel on every patch once, in any order.
   template <class Team, class Solve>
-  void visit_once(const Team& team, Solve& visit) const {
-    visit.patches = patches_.data(), visit.segments = segments_.data();
-    parallel_groups(team, 0, static_cast<int>(patches_.size()), {memory_.data(), memory_bytes_}, visit);
+  void for_each_patch(const Team& team, Solve& solve) const {
+    solve.patches = patches_.data(), solve.segments = segments_.data();
+    parallel_groups(team, 0, static_cast<int>(patches_.size()), {memory_.data(), memory_bytes_}, solve);
   }
 
-  /// That neither predicts nor updates.
-  SolvePatch<R> visit(const Particles<R>& particles, double h, const Vector3<R>& gravity) const {
-    SolvePatch<R> visit{};
-    fill(visit);
-    visit.particles = particles;
-    visit.dt = R(h), visit.per_dt = R(1 / h), visit.gravity = gravity;
-    visit.lost = lost_.data();
-    return visit;
+  /// A solve that neither predicts nor updates.
+  SolvePatch<R> make_solve(const Particles<R>& particles, double h, const Vector3<R>& gravity) const {
+    SolvePatch<R> solve{};
+    fill(solve);
+    solve.particles = particles;
+    solve.dt = R(h), solve.per_dt = R(1 / h), solve.gravity = gravity;
+    solve.non_finite = non_finite_.data();
+    return solve;
   }
 
-  /// Every constraint there and back.
+  /// One iteration: every constraint in a forward and a backward sweep.
   template <class Team, class Solve>
-  void operator()(const Team& team, const Solve& visit) const {
-    visit_first(team, visit), visit_others(team, visit);
+  void operator()(const Team& team, const Solve& solve) const {
+    solve_first_phase(team, solve), solve_other_phases(team, solve);
   }
-  /// The first visits, of which each is to patches of one phase, and the others.
+  /// The first launch of an iteration, over the patches of one phase, and the others.
   template <class Team, class Solve>
-  void visit_first(const Team& team, const Solve& visit) const {
-    visit_in_order(team, visit, 0, 1);
+  void solve_first_phase(const Team& team, const Solve& solve) const {
+    solve_phases(team, solve, 0, 1);
   }
   template <class Team, class Solve>
-  void visit_others(const Team& team, const Solve& visit) const {
-    visit_in_order(team, visit, 1, order_.size());
+  void solve_other_phases(const Team& team, const Solve& solve) const {
+    solve_phases(team, solve, 1, order_.size());
   }
 
-  /// Of the particles without a finite position x in the patches that were the first to lose one: that with the lowest
-  /// number of the user's; -1: none.
-  int first_lost(const std::vector<Vec3>& x, const std::vector<int>& user_index) const {
-    const std::vector<int> lost = lost_.download();
+  /// The lowest user index of the particles without a finite position x in the patches where one appeared first; -1:
+  /// none.
+  int first_non_finite(const std::vector<Vec3>& x, const std::vector<int>& user_index) const {
+    const std::vector<int> non_finite = non_finite_.download();
     int substep = 0, found = -1;
-    for (const int when : lost)
+    for (const int when : non_finite)
       if (when > 0 && (substep == 0 || when < substep)) substep = when;
     if (substep == 0) return -1;
     const std::vector<Patch> patches = patches_.download();
     const std::vector<Segment> segments = segments_.download();
     for (std::size_t k = 0; k < patches.size(); ++k) {
-      if (lost[k] != substep) continue;
+      if (non_finite[k] != substep) continue;
       for (int s = patches[k].segment; s < patches[k].segment + patches[k].segments; ++s)
         for (int i = segments[s].global; i < segments[s].global + segments[s].count; ++i) {
-          const R sum = R(x[i][0]) + R(x[i][1]) + R(x[i][2]);  // as the visits see it: finite numbers may overflow
+          const R sum =
+              R(x[i][0]) + R(x[i][1]) + R(x[i][2]);  // the solves test this sum too: finite coordinates may overflow
           if (!std::isfinite(sum) && (found < 0 || user_index[i] < found)) found = user_index[i];
         }
     }
     return found;
   }
-  bool lost() const {
-    const std::vector<int> lost = lost_.download();
-    return std::any_of(lost.begin(), lost.end(), [](int substep) { return substep > 0; });
+  bool has_non_finite() const {
+    const std::vector<int> non_finite = non_finite_.download();
+    return std::any_of(non_finite.begin(), non_finite.end(), [](int substep) { return substep > 0; });
   }
 
-  void forget_lost() { lost_.upload(std::vector<int>(lost_.size(), 0)); }
+  void clear_non_finite() { non_finite_.upload(std::vector<int>(non_finite_.size(), 0)); }
 
-  /// Memory for visits that watch speeds.
-  void allocate_speed_limit() { fast_ = Array<Executor, int>(2 * patches_.size(), 0); }
-  void start_speed_limit() { Memory<Executor>::fill(fast_.data(), fast_.size(), 0); }
-  /// The visit, of a substep counted from 1, notes who is faster than `speed` (m/s).
-  void set_speed_limit(double speed, SolvePatch<R>& visit) const {
-    visit.most_speed2 = R(speed) * R(speed);
-    visit.fast = noted_in(visit.substep);
+  /// Allocates memory for speed limits.
+  void allocate_speed_limit() { too_fast_ = Array<Executor, int>(2 * patches_.size(), 0); }
+  void start_speed_limit() { Memory<Executor>::fill(too_fast_.data(), too_fast_.size(), 0); }
+  /// Makes a solve of a substep, counted from 1, record particles that are faster than `speed` (m/s).
+  void set_speed_limit(double speed, SolvePatch<R>& solve) const {
+    solve.max_speed2 = R(speed) * R(speed);
+    solve.too_fast = speed_buffer(solve.substep);
   }
-  bool speed_exceeded(int substep) const { return Memory<Executor>::has(noted_in(substep), patches_.size(), substep); }
+  bool speed_exceeded(int substep) const {
+    return Memory<Executor>::has(speed_buffer(substep), patches_.size(), substep);
+  }
 
   std::vector<Patch> patches() const { return patches_.download(); }
   std::vector<Segment> segments() const { return segments_.download(); }
@@ -142,16 +145,16 @@ class Sweep {
 
  private:
   template <class Team, class Solve>
-  void visit_in_order(const Team& team, Solve visit, std::size_t begin, std::size_t end) const {
+  void solve_phases(const Team& team, Solve solve, std::size_t begin, std::size_t end) const {
     for (std::size_t k = begin; k < end && k < order_.size(); ++k) {
-      visit.there = order_[k].there, visit.back = order_[k].back;
-      visit_patches(team, visit, phase_begin_[order_[k].phase], phase_begin_[order_[k].phase + 1],
+      solve.forward = order_[k].forward, solve.backward = order_[k].backward;
+      solve_patches(team, solve, phase_begin_[order_[k].phase], phase_begin_[order_[k].phase + 1],
                     {memory_.data(), memory_bytes_});
     }
   }
 
-  /// Substeps take turns: what one has noted is read while the next one goes on.
-  int* noted_in(int substep) const { return fast_.data() + (substep % 2) * patches_.size(); }
+  /// Substeps alternate between two buffers: one is read while the next substep runs.
+  int* speed_buffer(int substep) const { return too_fast_.data() + (substep % 2) * patches_.size(); }
 
   static constexpr std::size_t kCache = 1 << 20;  // bytes; cores have caches of 0.25 to 2 MiB of their own
   struct Set {
@@ -175,7 +178,7 @@ class Sweep {
     with_kind(
         set.type,
         [&]<class Kind>(Kind) {
-          view.kind = number_of<Kind>(Kinds{});
+          view.kind = kind_index<Kind>(Kinds{});
           multipliers = malha::multipliers<Kind>();
           view.update = update_of<Kind>(set, solver.iterations);
           view.numbers = rest_numbers<Kind>(view.update);
@@ -191,11 +194,11 @@ class Sweep {
     if (view.update != Update::Stiff) own.lambda = Array<Executor, R>(plan.constraint.size() * multipliers, R(0));
     view.rest = own.rest.data(), view.common = own.common.data(), view.valid = own.valid.data();
     view.lambda = own.lambda.data();
-    view.stiffness = R(stiffness_per_projection(set.stiffness, solver, kThereAndBack));
+    view.stiffness = R(stiffness_per_projection(set.stiffness, solver, kSweepsPerIteration));
     view.compliance = R(set.compliance.value_or(0) / (h * h));
-    // With more iterations than substeps, a long substep's heavy loads are met sooner along gradients where particles
-    // are.
-    view.from_start = solver.iterations <= solver.substeps, view.taut = R(taut_of(set.pressed, solver.iterations));
+    // With more iterations than substeps, the heavy loads of a long substep converge faster along current gradients.
+    view.from_start = solver.iterations <= solver.substeps,
+    view.max_start_step = R(max_start_step_of(set.pressed, solver.iterations));
     return view;
   }
 
@@ -204,19 +207,19 @@ class Sweep {
     return index;
   }
 
-  /// One of those that a Visit knows of the kind.
+  /// One of the updates that SolvePatch instantiates for the kind.
   template <class Kind>
   static Update update_of(const ConstraintSet& set, int iterations) {
-    if (!Kind::strength.free) return takes_material<Kind>() ? Update::Material : Update::Compliant;
+    if (!Kind::strength.accepts_stiffness) return takes_material<Kind>() ? Update::Material : Update::Compliant;
     if (!set.softness.empty()) return Update::Material;
-    // With several iterations each must know what the others have applied (kTaut, kernels/projection/direction.h): a
+    // With several iterations each needs the total that was applied (kMaxStartStep, kernels/projection/direction.h): a
     // compliance of 0 is the same as a stiffness of 1. Coarse constraints are swept once in a substep, whatever the
     // iterations.
-    const bool hard = iterations > 1 && !remembers(KindList<Kind>{}) && set.stiffness == 1;
+    const bool hard = iterations > 1 && !stores_arrival(KindList<Kind>{}) && set.stiffness == 1;
     return set.compliance || hard ? Update::Compliant : Update::Stiff;
   }
 
-  /// In double whatever R is: rounded once.
+  /// Rest values are computed in double and rounded once.
   template <class Kind>
   std::vector<R> rest_by_slot(const Model& model, const ConstraintSet& set, const SetPlan& plan) const {
     const std::size_t numbers = rest_numbers<Kind>(update_of<Kind>(set, model.scene.solver.iterations));
@@ -225,7 +228,7 @@ class Sweep {
       const int c = plan.constraint[slot];
       if (c < 0) return;
       double own[Kind::numbers];
-      if constexpr (remembers(KindList<Kind>()))
+      if constexpr (stores_arrival(KindList<Kind>()))
         own[0] = set.rest[c];
       else
         rest_values<Kind>(model.x.data(), &set.particles[std::size_t(c) * set.arity], set.parameter, own);
@@ -241,7 +244,8 @@ class Sweep {
     facts_.patches = static_cast<int>(plan.patches.size()), facts_.phases = plan.phases();
     facts_.columns = plan.columns, facts_.shared = plan.shared, facts_.most_slots = plan.most_slots;
     facts_.memory_bytes = memory_bytes_;
-    facts_.bytes = plan.bytes() + phase_begin_.size() * sizeof(int) + views_.bytes() + lost_.bytes() + memory_.bytes();
+    facts_.bytes =
+        plan.bytes() + phase_begin_.size() * sizeof(int) + views_.bytes() + non_finite_.bytes() + memory_.bytes();
     for (std::size_t s = 0; s < sets_.size(); ++s) {
       const ConstraintSet& set = model.sets[s];
       set_facts_.push_back({set.type, set.count(), plan.sets[s].in_runs, plan.sets[s].most_batches, sets_[s].bytes()});
@@ -254,11 +258,11 @@ class Sweep {
   Array<Executor, Batch> batches_;
   Array<Executor, SetView<R>> views_;
   std::vector<Set> sets_;
-  Array<Executor, int> lost_, fast_;
+  Array<Executor, int> non_finite_, too_fast_;
   Array<Executor, char> memory_;
   std::size_t memory_bytes_ = 0;
   std::vector<int> phase_begin_;
-  std::vector<PhaseVisit> order_;
+  std::vector<PhaseSweep> order_;
   int width_ = 1;
   bool prefetches_ = false;
   PatchStats facts_;

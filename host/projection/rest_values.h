@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The rest values of a set as its batches read them: once a batch where they are all alike.
+// Layout of a set's rest values: once per batch where all are the same, otherwise by slot.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -14,7 +14,7 @@ struct RestValues {
   std::vector<R> each, common;
   std::vector<unsigned short> valid;
 
-  /// `by_slot`: of set `set`, `numbers` a slot, NaN for padding. Notes in its batches where they find theirs.
+  /// `by_slot`: rest values of set `set`, `numbers` per slot, NaN for padding. Sets the offsets in its batches.
   RestValues(const std::vector<R>& by_slot, int numbers, int set, std::vector<Batch>& batches) : numbers_(numbers) {
     for (Batch& batch : batches)
       if (batch.set == set) add(by_slot.data() + std::size_t(batch.slot) * numbers, batch);

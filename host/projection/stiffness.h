@@ -10,13 +10,13 @@ namespace malha {
 /// k' = 1 - (1 - k)^(1/n): n projections leave (1 - k) of the error (Müller et al. 2006, section 3.3).
 inline double stiffness_per_projection(double k, double projections) { return 1 - std::pow(1 - k, 1.0 / projections); }
 
-/// Projections of a batched constraint in an iteration, which goes there and back.
-inline constexpr int kThereAndBack = 2;
+/// Projections of a batched constraint in an iteration, a forward and a backward sweep.
+inline constexpr int kSweepsPerIteration = 2;
 
-/// The part of a PBD constraint of stiffness k that a projection takes. All projections of a step share k, or, where it
-/// is that of a step, the iterations of a substep, which take k / (k + n^2 (1 - k)). A step of one substep that takes k
-/// is backward Euler of a spring, k = s / (s + alpha / dt^2) with s = sum w |grad C|^2; that is the same spring's for
-/// n. `projections`: of an iteration.
+/// Stiffness k' of one projection of a PBD constraint of stiffness k. k is that of all projections of a step or, with
+/// stiffness_of_step, k is converted first: the iterations of a substep then have k / (k + n^2 (1 - k)) together. A
+/// step of one substep with stiffness k is backward Euler of a spring, k = s / (s + alpha / dt^2) with s = sum w |grad
+/// C|^2; the conversion gives the same spring with n substeps. `projections`: number in an iteration.
 inline double stiffness_per_projection(double k, const SolverSpec& solver, int projections) {
   const double n = solver.substeps;
   if (!solver.stiffness_of_step) return stiffness_per_projection(k, n * solver.iterations * projections);

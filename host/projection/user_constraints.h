@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Constraints of the user's own in a solver: sorted into batches that share no particle, and projected. Made only for
-// simulations that are given some.
+// User constraints in a solver: sorted into batches that share no particle, and projected.
 #pragma once
 #include <deque>
 #include <vector>
@@ -15,7 +14,7 @@
 
 namespace malha {
 
-/// In the order of their batches.
+/// Batches of user constraints, which are sorted by them.
 struct UserBatches {
   std::vector<int> begin;  // of each batch, and one more: the number of constraints
   std::vector<int> index;  // of each constraint, as the caller counts them
@@ -26,10 +25,11 @@ struct UserBatches {
 /// Throws InputError for constraints that no model of so many particles can have.
 void require_sound(const UserConstraint& constraint, int particles);
 
-/// `solver_of`: the solver's number of each of the user's particles. Pinned ones count: a pin may be let go.
+/// `solver_of`: the solver's number of each of the user's particles. Pinned particles count too, as pins may be
+/// released.
 UserBatches make_batches(const UserConstraint& constraint, const std::vector<int>& solver_of);
 
-/// Calls the function, and throws InputError where it gives what is no number.
+/// Calls the function, and throws InputError if its results are not finite.
 void evaluate(const UserConstraint& constraint, const UserBatch& batch);
 
 /// One projection of a batch in a substep of h seconds (XPBD, along the gradients at `start`:
@@ -69,8 +69,8 @@ class UserConstraints {
     return all;
   }
 
-  /// An iteration: there and back over all batches but the last, then that one. A batch is met exactly at once, so
-  /// that at each turn one projection is enough.
+  /// One iteration: a forward and a backward sweep over all batches but the last, then that one. A batch is solved
+  /// exactly by one projection, so that it is projected once where the sweeps turn.
   void project(const Displaced<R>& p, const R* w, bool first_iteration) {
     for (Set& set : sets_) {
       const int last = set.batches.count() - 1;
@@ -147,13 +147,15 @@ class UserConstraints {
     std::vector<Vector3<double>> there;
     for (const Vec3& a : x) there.push_back({a[0], a[1], a[2]});
     Memory<Executor>::copy_in(there.data(), there.size(), set.place.data() + of.from);
-    parallel_for(executor_, of.particles, ScatterOwn<R>{p, w, set.list.data() + of.from, set.place.data() + of.from});
+    parallel_for(executor_, of.particles,
+                 ScatterUserParticles<R>{p, w, set.list.data() + of.from, set.place.data() + of.from});
   }
 
   template <class At>
   std::vector<Vec3> gather(const Set& set, const At& x, const R* w, std::size_t from, int count) const {
-    parallel_for(executor_, count,
-                 GatherOwn<R, At>{x, w, set.list.data() + from, set.place.data() + from, set.w.data() + from});
+    parallel_for(
+        executor_, count,
+        GatherUserParticles<R, At>{x, w, set.list.data() + from, set.place.data() + from, set.w.data() + from});
     std::vector<Vector3<double>> there(count);
     Memory<Executor>::copy_out(set.place.data() + from, there.size(), there.data());
     std::vector<Vec3> places;

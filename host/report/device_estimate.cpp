@@ -23,10 +23,10 @@ double numbers_moved(const PatchPlan& plan, const Patch& patch, int position_num
   double numbers = 0;
   for (int s = patch.segment; s < patch.segment + patch.segments; ++s) {
     const Segment& segment = plan.segments[s];
-    const bool from_state = predicts && segment.first_visit && segment.movable;
+    const bool from_state = predicts && segment.first_solve && segment.movable;
     int each = position_numbers + 3 + 1;  // position, velocity or displacement, and w
     if (segment.movable) {
-      if (updates && segment.last_visit)
+      if (updates && segment.last_solve)
         each += position_numbers + 3 +
                 (from_state ? 0 : 3);  // the state is stored; v is loaded, unless the prediction has loaded it
       else
@@ -75,10 +75,10 @@ PatchTraffic patch_traffic(const Model& model, const Solver& solver, const Patch
     slot_bytes.push_back(slots[s] > 0 ? static_cast<double>(facts.sets[s].bytes) / slots[s] : 0);
   PatchTraffic traffic;
   for (int iteration = 0; iteration < spec.iterations; ++iteration)
-    for (const PhaseVisit& visit : visits_of(plan.phases())) {
-      const bool predicts = facts.fused && visit.there && iteration == 0;
-      const bool updates = facts.fused && visit.back && iteration + 1 == spec.iterations;
-      for (int k = plan.phase_begin[visit.phase]; k < plan.phase_begin[visit.phase + 1]; ++k) {
+    for (const PhaseSweep& sweep : sweep_order(plan.phases())) {
+      const bool predicts = facts.fused && sweep.forward && iteration == 0;
+      const bool updates = facts.fused && sweep.backward && iteration + 1 == spec.iterations;
+      for (int k = plan.phase_begin[sweep.phase]; k < plan.phase_begin[sweep.phase + 1]; ++k) {
         traffic.particle_bytes += number * numbers_moved(plan, plan.patches[k], position_numbers, predicts, updates);
         traffic.constraint_bytes += constraint_bytes(plan, plan.patches[k], slot_bytes);
       }

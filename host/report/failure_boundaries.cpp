@@ -109,7 +109,7 @@ Sag worst_sag(const Model& model) {
     if (!pinned[i]) suspended[body[i]].mass += 1 / model.w[i];
   for (const ConstraintSet& set : model.sets) {
     if (set.type != "distance") continue;
-    const double k = set.compliance ? 1 : stiffness_per_projection(set.stiffness, solver, kThereAndBack);
+    const double k = set.compliance ? 1 : stiffness_per_projection(set.stiffness, solver, kSweepsPerIteration);
     for (int c = 0; c < set.count(); ++c) {
       int a = set.particles[2 * c], b = set.particles[2 * c + 1];
       if (pinned[a] == pinned[b]) continue;

@@ -37,12 +37,12 @@ struct LaunchTrace::Watch final : LaunchObserver {
       ++known->launches, known->items += items;
   }
 
-  LaunchObserver* before = launch_watch;
+  LaunchObserver* before = launch_observer;
   std::vector<Entry> entries;
 };
 
-LaunchTrace::LaunchTrace() : watch_(std::make_unique<Watch>()) { launch_watch = watch_.get(); }
-LaunchTrace::~LaunchTrace() { launch_watch = watch_->before; }
+LaunchTrace::LaunchTrace() : watch_(std::make_unique<Watch>()) { launch_observer = watch_.get(); }
+LaunchTrace::~LaunchTrace() { launch_observer = watch_->before; }
 
 std::vector<Launches> LaunchTrace::list() const {
   std::vector<Launches> all;

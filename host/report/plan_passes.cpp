@@ -21,7 +21,7 @@ std::size_t launches_of_levels(const Model& model, const SolverStats& facts) {
   std::size_t each =
       2 * (facts.levels.size() -
            1);  // for the coarser levels: means, and the sums of means whose parts lie in several patches
-  for (const LevelStats& level : facts.levels) each += visits_of(level.patches.phases).size();
+  for (const LevelStats& level : facts.levels) each += sweep_order(level.patches.phases).size();
   // For the finest level: in later substeps of a step the patch solves compute the means, and where they predict they
   // prolongate, too.
   return origins + uses * each + uses + (facts.whole_steps ? 1 : uses) + (facts.fused ? 0 : uses);
@@ -48,7 +48,7 @@ std::size_t pinned_at_start(const Model& model) {
 std::vector<StepPass> step_passes(const Model& model, const SolverStats& of_scene) {
   std::vector<StepPass> all;
   SolverStats facts = of_scene;
-  if (!facts.own.empty())
+  if (!facts.user_constraints.empty())
     facts.fused = facts.whole_steps = facts.contact_free_steps = false;  // user constraints act between the passes
   const SolverSpec& solver = model.scene.solver;
   const std::size_t substeps = solver.substeps, iterations = substeps * solver.iterations;
@@ -60,7 +60,7 @@ std::vector<StepPass> step_passes(const Model& model, const SolverStats& of_scen
     else
       all.push_back({pass, launches});
   };
-  const std::size_t visits = iterations * visits_of(facts.patches.phases).size();
+  const std::size_t visits = iterations * sweep_order(facts.patches.phases).size();
   const std::size_t obstacles = model.environment.size();
   std::size_t moving = 0;
   for (const MovedPins& pins : model.moved)
@@ -93,7 +93,7 @@ std::vector<StepPass> step_passes(const Model& model, const SolverStats& of_scen
       std::ranges::any_of(model.environment, [](const EnvironmentMesh& mesh) { return mesh.spec.restitution > 0; });
   line("contact", (iterations + substeps) * obstacles + (bounces ? 3 * substeps : 0));
   std::size_t own_launches = 0;  // one gather at the start of a substep, batches in a symmetric sweep, and a scatter
-  for (const UserConstraintStats& own : facts.own)
+  for (const UserConstraintStats& user_constraints : facts.user_constraints)
     own_launches += substeps + 2 * iterations * static_cast<std::size_t>(std::max(2 * own.batches - 2, 1));
   line("user_constraints", own_launches);
   if (facts.self)

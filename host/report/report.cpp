@@ -50,7 +50,7 @@ Json constraints(const SolverStats& facts, const Model& model) {
     Json& kind = kinds.emplace("attachment", Json{{"count", 0}}).first.value();
     kind["count"] = kind["count"].get<std::size_t>() + set.particles.size();
   }
-  for (const UserConstraintStats& own : facts.own) {
+  for (const UserConstraintStats& own : facts.user_constraints) {
     Json& kind = kinds.emplace("user", Json{{"count", 0}, {"batches", 0}}).first.value();
     kind["count"] = kind["count"].get<int>() + own.constraints;
     kind["batches"] = kind["batches"].get<int>() + own.batches;

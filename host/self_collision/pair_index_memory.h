@@ -11,7 +11,7 @@ namespace malha {
 
 template <class Executor>
 class PairIndexMemory {
-  static constexpr bool kOnHost = Memory<Executor>::kOfTheHost;
+  static constexpr bool kOnHost = Memory<Executor>::kOnHost;
 
  public:
   using IndexMap = std::conditional_t<kOnHost, DirectIndexMap, HashIndexMap>;

@@ -168,7 +168,7 @@ class PairSearch {
     clusters_.node = rows(counts[2 * kItemKinds]);
 
     patches_ = Array<Executor, PairPatch>(plan.clusters, PairPatch{});
-    if (!Memory<Executor>::kOfTheHost) {  // a device lists particles only up to the capacity
+    if (!Memory<Executor>::kOnHost) {  // a device lists particles only up to the capacity
       std::vector<PairPatch> patches(plan.clusters);
       for (PairPatch& patch : patches) patch.particle_count = kInitialParticles;
       reserve(patches);

@@ -137,7 +137,8 @@ class SelfCollider {
   Vec3 origin_near(const Vec3& first, const Vec3& before) const {
     const Vec3 way = minus(first, before);
     const double apart = std::max({std::abs(way[0]), std::abs(way[1]), std::abs(way[2])});
-    if (!kCarries<R> || !(apart > reach_of_origin()) || !(apart < double(std::numeric_limits<R>::max()))) return before;
+    if (!kCompensated<R> || !(apart > reach_of_origin()) || !(apart < double(std::numeric_limits<R>::max())))
+      return before;
     return {double(R(first[0])), double(R(first[1])), double(R(first[2]))};
   }
   void store_start_positions(const Particles<R>& particles) {
@@ -146,7 +147,7 @@ class SelfCollider {
   /// Moves the origin along with the bodies. The last broad phase is invalid then: its boxes are relative to the old
   /// one.
   void update_origin(const Particles<R>& particles) {
-    if constexpr (!kCarries<R>) return;
+    if constexpr (!kCompensated<R>) return;
     Vec3 first = x0_.get(first_particle_);
     for (int k = 0; k < 3; ++k) first[k] += memory_.origin[k];
     const Vec3 origin = origin_near(first, memory_.origin);
@@ -187,7 +188,7 @@ class SelfCollider {
   /// Checks the swept bounds and, if all particles are inside, counts the pairs that would intersect (ViolationCount).
   /// On a device both are computed in one go and read once.
   std::pair<BoundsViolations, int> check_end() {
-    if constexpr (Memory<Executor>::kOfTheHost) {
+    if constexpr (Memory<Executor>::kOnHost) {
       const BoundsViolations stay = check_bounds(within_rounding<R>());
       return {stay, stay.outside == 0 ? count_violations(can_project_, nullptr) : 0};
     } else {
@@ -276,7 +277,7 @@ class SelfCollider {
       Vec3& place = all.emplace_back();
       for (int k = 0; k < 3; ++k) {
         const R stored = R(a[k]);
-        place[k] = kCarries<R> ? (stored - R(memory_.origin[k])) + R(a[k] - double(stored)) : stored;
+        place[k] = kCompensated<R> ? (stored - R(memory_.origin[k])) + R(a[k] - double(stored)) : stored;
       }
     }
     all.push_back({0, 0, 0});

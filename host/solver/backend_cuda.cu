@@ -15,9 +15,9 @@
 
 namespace malha {
 
-template <class AnyVisit>
-void visit_patches(const Cuda& executor, const AnyVisit& visit, int begin, int end, const ScratchMemory& memory) {
-  parallel_groups(executor, begin, end, memory, visit);
+template <class AnySolve>
+void solve_patches(const Cuda& executor, const AnySolve& solve, int begin, int end, const ScratchMemory& memory) {
+  parallel_groups(executor, begin, end, memory, solve);
 }
 
 void require_cuda() {
@@ -27,7 +27,7 @@ void require_cuda() {
   cudaFuncAttributes code;
   if (devices > 0 && cudaFuncGetAttributes(&code, fill_with<int>) != cudaSuccess)
     devices = 0, why = "this build has no code for the one that is there";
-  cudaGetLastError();  // which stays until it is asked for
+  cudaGetLastError();  // clears the error
   if (devices == 0)
     throw InputError("backend: found no CUDA device" + (why.empty() ? "" : " (" + why + ")") +
                      "; allowed: openmp, serial");
@@ -35,7 +35,7 @@ void require_cuda() {
 
 DeviceStats cuda_device() {
   require_cuda();
-  constexpr std::size_t bytes = std::size_t(256) << 20;  // more than any of its caches
+  constexpr std::size_t bytes = std::size_t(256) << 20;  // larger than its caches
   constexpr int rounds = 10;
   int device = 0;
   cudaDeviceProp properties;

@@ -8,7 +8,7 @@
 
 namespace malha {
 
-/// `host`: for what the host computes.
+/// `host`: executor of work on the host.
 std::unique_ptr<Solver> instantiate_on_cuda(const Model& model, const OpenMP& host, const ShowProgress& progress,
                                             bool timed);
 

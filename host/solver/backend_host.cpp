@@ -16,7 +16,7 @@ std::vector<std::string> instruction_sets() {
 
 std::unique_ptr<Solver> make_solver(const Model& model, int threads, const std::string& instructions,
                                     const ShowProgress& progress) {
-  if (make_elsewhere != nullptr && instructions.empty()) return make_elsewhere(model, threads);
+  if (make_solver_hook != nullptr && instructions.empty()) return make_solver_hook(model, threads);
   const std::string wanted = instructions.empty() ? instruction_sets().back() : instructions;
   std::unique_ptr<Solver> made;
   for_each_isa([&]<class Isa>(Isa) {

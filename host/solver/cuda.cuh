@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The executor of a CUDA device: its launches, and the memory of its arrays. nvcc alone compiles it.
+// Executor for a CUDA device: launches, and memory of arrays. Only nvcc compiles it.
 #pragma once
 #include <cuda_runtime.h>
 
@@ -20,13 +20,13 @@
 
 namespace malha {
 
-/// Throws DeviceLost with the driver's words where a call to it has failed.
+/// Throws DeviceLost with the driver's message if a call to it has failed.
 inline void require(cudaError_t status, const char* what) {
   if (status != cudaSuccess)
     throw DeviceLost(std::string("the CUDA device could not ") + what + ": " + cudaGetErrorString(status));
 }
 
-/// In which everything runs, one after the other, whichever thread of the host asks for it.
+/// The one stream in which all launches run in order, from whichever host thread.
 inline cudaStream_t stream() {
   static const cudaStream_t own = [] {
     cudaStream_t made = nullptr;
@@ -37,21 +37,21 @@ inline cudaStream_t stream() {
 }
 inline void wait() { require(cudaStreamSynchronize(stream()), "finish"); }
 
-/// What arrays take of the device. The kernels that ask Embree run on the host, and find the same arrays there: so the
-/// memory is managed, whose pages go to whoever touches them. In a scene without an environment none does.
+/// Memory of arrays on the device. Kernels that query Embree run on the host, on the same arrays: the memory is
+/// managed, so that its pages migrate on access. In a scene without environment none migrates.
 class DeviceMemory {
  public:
   static DeviceMemory& the() {
     static DeviceMemory memory;
     return memory;
   }
-  /// Throws OutOfMemory beyond what the device has: managed memory would be swapped to the host, byte by byte.
+  /// Throws OutOfMemory beyond the memory of the device: managed memory would be paged from the host instead.
   void* allocate(std::size_t bytes) {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (used_ == 0) {
       std::size_t free = 0, all = 0;
       require(cudaMemGetInfo(&free, &all), "tell its memory");
-      most_ = free - free / 16;  // kernels' own stacks take some, too
+      most_ = free - free / 16;  // leaves some for the stacks of kernels
     }
     if (used_ + bytes > most_)
       throw OutOfMemory("the CUDA device: found " + in_gib(double(used_ + bytes)) + " that the scene needs at least; " +
@@ -65,7 +65,7 @@ class DeviceMemory {
     const std::lock_guard<std::mutex> lock(mutex_);
     const auto found = bytes_of_.find(data);
     used_ -= found->second, bytes_of_.erase(found);
-    cudaDeviceSynchronize();  // what was launched may still use it
+    cudaDeviceSynchronize();  // launches may still use it
     cudaFree(data);
   }
 
@@ -75,7 +75,7 @@ class DeviceMemory {
   std::size_t used_ = 0, most_ = 0;
 };
 
-/// Memory that a launch uses and the next one may use again.
+/// Scratch memory that consecutive launches reuse.
 class Scratch {
  public:
   Scratch() = default;
@@ -86,7 +86,7 @@ class Scratch {
   }
   const void* at() const { return data_; }
   char* of(std::size_t bytes) {
-    if (bytes > bytes_) {  // what is outgrown stays: recorded launches use it, and none may be waited for meanwhile
+    if (bytes > bytes_) {  // outgrown memory is kept: recorded launches use it
       bytes = bytes > 2 * bytes_ ? bytes : 2 * bytes_;
       data_ = DeviceMemory::the().allocate(bytes), bytes_ = bytes;
       all_.push_back(data_);
@@ -101,9 +101,9 @@ class Scratch {
 };
 
 struct Cuda {
-  std::size_t shared_bytes = 0;  // memory of a block, at most
-  bool waits = false;            // for every pass, to time it
-  OpenMP host{};                 // for what the host computes
+  std::size_t shared_bytes = 0;  // largest shared memory of a block
+  bool waits = false;            // synchronises after every pass, to time it
+  OpenMP host{};                 // executor of work on the host
   Instructions instructions = Instructions::OneLane;
   std::shared_ptr<Scratch> partial = std::make_shared<Scratch>(), fast = std::make_shared<Scratch>();
 };
@@ -114,9 +114,10 @@ __global__ void fill_with(T* to, std::size_t count, T value) {
   if (i < count) to[i] = value;
 }
 
-inline constexpr int kBlock = 128;                // threads, of items and of groups that share their work, at most
-inline constexpr int kAlone = 32;                 // threads that share nothing: few, so that they spread
-inline constexpr int kSharedUnasked = 48 * 1024;  // bytes of a block's memory that every kernel may have
+inline constexpr int kBlock = 128;  // largest number of threads of a block
+inline constexpr int kSingleThreads =
+    32;  // threads of a block where each is a group of its own: few, to occupy all multiprocessors
+inline constexpr int kDefaultSharedBytes = 48 * 1024;  // shared memory that every kernel may use without an attribute
 inline unsigned blocks_of(std::size_t items, int block) { return unsigned((items + block - 1) / block); }
 
 template <>
@@ -146,7 +147,7 @@ struct Memory<Cuda> {
     copy_out(from, count, values.data());
     return Memory<Serial>::has(values.data(), count, value);
   }
-  static constexpr bool kOfTheHost = false;
+  static constexpr bool kOnHost = false;
 
  private:
   template <class T>
@@ -184,7 +185,7 @@ struct Recording<Cuda> {
 
 template <class Key, class Work>
 void repeated(const Cuda& executor, Recording<Cuda>& recording, const Key& key, const Work& work) {
-  constexpr std::size_t most = 32;  // of a scene that changes ever and again
+  constexpr std::size_t most = 32;  // graphs, for scenes whose parameters keep changing
   cudaStreamCaptureStatus outer = cudaStreamCaptureStatusNone;
   require(cudaStreamIsCapturing(stream(), &outer), "tell whether it records");
   if (outer != cudaStreamCaptureStatusNone) return work();
@@ -197,14 +198,14 @@ void repeated(const Cuda& executor, Recording<Cuda>& recording, const Key& key, 
     require(cudaStreamBeginCapture(stream(), cudaStreamCaptureModeRelaxed), "record launches");
     try {
       work();
-    } catch (...) {  // what comes after must find a stream that runs
+    } catch (...) {  // ends the capture, so that the stream can be used again
       cudaStreamEndCapture(stream(), &graph);
       if (graph != nullptr) cudaGraphDestroy(graph);
-      cudaGetLastError();  // which stays until it is asked for
+      cudaGetLastError();  // clears the error
       throw;
     }
     require(cudaStreamEndCapture(stream(), &graph), "record launches");
-    if (own_key() == before)  // else scratch memory has moved on the way, and some launches have where it was
+    if (own_key() == before)  // otherwise scratch memory has moved during the capture
       require(cudaGraphInstantiateWithFlags(&recording.replays[before], graph, 0), "keep launches");
     cudaGraphDestroy(graph);
     found = recording.replays.find(own_key());
@@ -218,14 +219,14 @@ void repeated_region(const Cuda& executor, int /*width*/, Recording<Cuda>& recor
   repeated(executor, recording, key, [&] { work(executor); });
 }
 
-/// One of a block's threads.
+/// A thread of a block.
 struct DeviceThreads {
 #if defined(__CUDA_ARCH__)
   KERNEL int rank() const { return int(threadIdx.x); }
   KERNEL int count() const { return int(blockDim.x); }
   KERNEL void wait(int) const { __syncthreads(); }
   template <class Value, class Add>
-  KERNEL Value gathered(const Value& own, Value all, const Add& add) const {
+  KERNEL Value reduced(const Value& own, Value all, const Add& add) const {
     __shared__ __align__(16) unsigned char memory[kBlock * sizeof(Value)];
     Value* const of_thread = reinterpret_cast<Value*>(memory);
     of_thread[threadIdx.x] = own;
@@ -239,7 +240,7 @@ struct DeviceThreads {
   KERNEL int count() const { return 1; }
   KERNEL void wait(int) const {}
   template <class Value, class Add>
-  KERNEL Value gathered(const Value& own, const Value&, const Add&) const {
+  KERNEL Value reduced(const Value& own, const Value&, const Add&) const {
     return own;
   }
 #endif
@@ -251,7 +252,7 @@ __global__ void launch_items(int n, Kernel kernel) {
   if (i < unsigned(n)) kernel(int(i));
 }
 
-/// Fast memory: `bytes` a group from `fast` on, or, where that is null, the memory that the block shares.
+/// Runs a group per block. Its fast memory is `bytes` at `fast`, or shared memory where `fast` is null.
 template <class Kernel>
 __global__ void launch_shared(int begin, char* fast, std::size_t bytes, Kernel kernel) {
   extern __shared__ __align__(64) char own[];  // rows of four numbers are loaded as one
@@ -259,9 +260,9 @@ __global__ void launch_shared(int begin, char* fast, std::size_t bytes, Kernel k
   kernel(Block<DeviceThreads>{begin + int(blockIdx.x), memory, {}});
 }
 
-/// A thread a group.
+/// Runs a group per thread.
 template <class Kernel>
-__global__ void launch_alone(int begin, int groups, char* fast, std::size_t bytes, Kernel kernel) {
+__global__ void launch_single_threads(int begin, int groups, char* fast, std::size_t bytes, Kernel kernel) {
   const int g = int(blockIdx.x * blockDim.x + threadIdx.x);
   if (g < groups) kernel(Group<OneLane>{begin + g, -1, fast ? fast + g * bytes : nullptr});
 }
@@ -286,7 +287,7 @@ void parallel_groups(const Cuda& executor, int begin, int end, const ScratchMemo
   if constexpr (kShared<Kernel>) {
     const bool fits = memory.bytes <= executor.shared_bytes;
     const int shared = fits ? int(memory.bytes) : 0;
-    if (shared > kSharedUnasked)
+    if (shared > kDefaultSharedBytes)
       require(cudaFuncSetAttribute(launch_shared<Kernel>, cudaFuncAttributeMaxDynamicSharedMemorySize, shared),
               "share so much memory");
     char* const fast = fits ? nullptr : executor.fast->of(memory.bytes * std::size_t(groups));
@@ -294,7 +295,8 @@ void parallel_groups(const Cuda& executor, int begin, int end, const ScratchMemo
     launch_shared<<<unsigned(groups), threads, shared, stream()>>>(begin, fast, memory.bytes, kernel);
   } else {
     char* const fast = memory.bytes > 0 ? executor.fast->of(memory.bytes * std::size_t(groups)) : nullptr;
-    launch_alone<<<blocks_of(groups, kAlone), kAlone, 0, stream()>>>(begin, groups, fast, memory.bytes, kernel);
+    launch_single_threads<<<blocks_of(groups, kSingleThreads), kSingleThreads, 0, stream()>>>(begin, groups, fast,
+                                                                                              memory.bytes, kernel);
   }
   require(cudaGetLastError(), "launch a kernel");
 }
@@ -308,7 +310,7 @@ void parallel_for_interleaved(const Cuda& executor, int groups, const Kernel& ke
     parallel_groups(executor, 0, groups, memory, kernel);
 }
 
-/// The sums of groups, in the device's memory.
+/// Partial sums of a reduction, in device memory.
 template <class Value, class Kernel>
 Value* partial_sums(const Cuda& executor, int n, const ReducePlan& plan, const Kernel& kernel) {
   auto* const partial =

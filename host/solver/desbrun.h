@@ -22,14 +22,14 @@ class Desbrun final : public TimeStepper<Executor, R> {
   using Base::executor_, Base::model_, Base::facts_, Base::pressures_;
 
  public:
-  /// `threads`: of the executor.
+  /// `threads`: number of threads of the executor.
   Desbrun(const Model& model, const Executor& executor, int threads, const ShowProgress& progress)
       : Base(model, executor, threads, !model.sets.empty()),
         spec_(model.scene.solver.desbrun),
         corrector_(spec_.corrects()) {
-    if (spec_.tolerance && !model.sets.empty()) {  // of the distance limits: nothing else is projected in batches
-      limits_.emplace(executor, model);
-      facts_.constraint_bytes += limits_->bytes();
+    if (spec_.tolerance && !model.sets.empty()) {  // of distance limits, the only kind that is projected in batches
+      length_limits_.emplace(executor, model);
+      facts_.constraint_bytes += length_limits_->bytes();
     }
     if (model.springs.empty() && model.stencils.empty()) return;
     const SpringSystem system = this->system();
@@ -37,7 +37,7 @@ class Desbrun final : public TimeStepper<Executor, R> {
     forces_.emplace(executor, threads, model, loads(system));
     force_ = PointArray<Executor, R>(model.x.size()), acceleration_ = PointArray<Executor, R>(model.x.size());
     if (spec_.refinement_iterations > 0) {
-      std::vector<R> mass;  // of pinned particles, whatever it is: they have no acceleration
+      std::vector<R> mass;  // that of pinned particles is unused: they have no acceleration
       for (const double w : model.w) mass.push_back(w > 0 ? R(1 / w) : R(0));
       mass.resize(mass.size() + kSpringPack);
       mass_ = Array<Executor, R>(mass);
@@ -48,7 +48,7 @@ class Desbrun final : public TimeStepper<Executor, R> {
     facts_.filter = filter_->facts();
     facts_.free_bodies = static_cast<int>(free_blocks_.size());
     facts_.corrects = corrector_ != Corrector::Off;
-    if (!pressures_.empty()) deal_pressures(system), note_pressures();
+    if (!pressures_.empty()) assign_pressures(system), note_pressures();
     facts_.spring_bytes = forces_->bytes(), facts_.force_launches = forces_->launches();
     facts_.particle_bytes += force_.bytes() + acceleration_.bytes() + mass_.bytes() + members_.bytes();
   }
@@ -64,8 +64,8 @@ class Desbrun final : public TimeStepper<Executor, R> {
     return spring_system(model_, solver.dt / solver.substeps);
   }
 
-  /// What the filter sees of each particle's weight. On a free body filtering it or not is the same, and not to is
-  /// exact.
+  /// The mass of each particle whose weight is filtered, otherwise 0. On a free body the filter passes the weight
+  /// unchanged; without it the result is exact.
   std::vector<double> loads(const SpringSystem& system) const {
     std::vector<double> load(model_.x.size(), 0);
     if (!spec_.filter_external_forces) return load;
@@ -104,20 +104,20 @@ class Desbrun final : public TimeStepper<Executor, R> {
 
   void correct_bodies(Corrector corrector) {
     if (free_blocks_.empty()) return;
-    this->timed(Pass::Correction, [&] { take_net_motion(corrector); });
+    this->timed(Pass::Correction, [&] { remove_net_motion(corrector); });
   }
-  void take_net_motion(Corrector corrector) {
+  void remove_net_motion(Corrector corrector) {
     const Particles<R> all = this->particles();
     for (const SystemBlock& body : free_blocks_)
       filter_corrector_->correct({all.x, acceleration_.points(), all.w, members_.data() + body.first}, body.count,
                                  corrector);
   }
 
-  /// Pressure pushes as XPBD does, but in the filter's metric, along S grad C instead of M^-1 grad C: this solves the
-  /// filter's system with pressure's stiffness along its gradient added (Sherman, Morrison 1950). In the masses' metric
-  /// the push would go round the filter, which gives of what bends single edges only a part of m / (k dt^2) back:
-  /// springs would be drawn by as many times more than pressure asks of them. The gradient is that at the substep's
-  /// start, as springs have their directions from there: what rests is in balance.
+  /// Pressure is projected as in XPBD, but in the filter's metric, along S grad C instead of M^-1 grad C: this solves
+  /// the filter's system with the stiffness of the pressure along its gradient added (Sherman, Morrison 1950). In the
+  /// metric of the masses the correction would bypass the filter, whose response to the bending of single edges is
+  /// smaller by a factor of m / (k dt^2): springs would be stretched by as many times too much. The gradient is that at
+  /// the start of the substep, where springs have their directions from too, so that bodies at rest are in equilibrium.
   void start_pressures(const Particles<R>& all) override {
     if (pressures_.empty() || !filter_) return Base::start_pressures(all);
     this->timed(Pass::Pressure, [&] {
@@ -128,18 +128,18 @@ class Desbrun final : public TimeStepper<Executor, R> {
   }
   void press(const Particles<R>& all) override {
     if (!filter_) return Base::press(all);
-    const Points<R> force = force_.points(), way = acceleration_.points();
+    const Points<R> force = force_.points(), displacement = acceleration_.points();
     for (const std::vector<int>& product : filtered_pressures_) {
-      parallel_for(executor_, all.count, ClearFilterEnds<R>{{force, way, false}});
+      parallel_for(executor_, all.count, ClearFilterIo<R>{{force, displacement, false}});
       for (const int k : product) pressures_[k].put(force);
-      filter_->apply({force, way, false});
-      take_net_motion(Corrector::Inertia);
-      for (const int k : product) pressures_[k].push(all.p, way);
+      filter_->apply({force, displacement, false});
+      remove_net_motion(Corrector::Inertia);
+      for (const int k : product) pressures_[k].push(all.p, displacement);
     }
     for (const int k : plain_pressures_) pressures_[k].project(all.p, all.w);
   }
-  /// Pressures of different bodies share a product.
-  void deal_pressures(const SpringSystem& system) {
+  /// Assigns pressures to products with S: those of different bodies share one.
+  void assign_pressures(const SpringSystem& system) {
     std::vector<const SystemBlock*> block(model_.x.size(), nullptr);
     for (const SystemBlock& one : system.blocks)
       for (int i = one.first; i < one.first + one.count; ++i) block[system.particle[i]] = &one;
@@ -154,8 +154,8 @@ class Desbrun final : public TimeStepper<Executor, R> {
       filtered_pressures_[product].push_back(k);
     }
   }
-  /// Whether springs hold the mesh together, so that a pressure on it has no net force on any free block: of one the
-  /// filter does not know the mean.
+  /// Whether springs connect the whole mesh, so that a pressure on it has no net force on any free block: the filter
+  /// cannot represent the mean acceleration of one.
   bool pushes_blocks(const PressureSet& set, const std::vector<const SystemBlock*>& block) const {
     for (const Triangle& t : set.triangles)
       for (const int i : t) {
@@ -188,7 +188,7 @@ class Desbrun final : public TimeStepper<Executor, R> {
       if (std::chrono::duration<double>(std::chrono::steady_clock::now() - started_).count() > *spec_.time_budget)
         return true;
     }
-    return limits_ && limits_->excess(this->particles().p) <= *spec_.tolerance;
+    return length_limits_ && length_limits_->excess(this->particles().p) <= *spec_.tolerance;
   }
 
   const DesbrunSpec& spec_;
@@ -198,11 +198,11 @@ class Desbrun final : public TimeStepper<Executor, R> {
   PointArray<Executor, R> force_, acceleration_;
   Array<Executor, R> mass_;
   std::vector<SystemBlock> free_blocks_;
-  std::vector<std::vector<int>> filtered_pressures_;  // those of each product
+  std::vector<std::vector<int>> filtered_pressures_;  // pressures of each product
   std::vector<int> plain_pressures_;
   Array<Executor, int> members_;
   std::optional<FilterCorrector<Executor, R>> filter_corrector_;
-  std::optional<Limits<Executor, R>> limits_;
+  std::optional<LengthLimits<Executor, R>> length_limits_;
   std::chrono::steady_clock::time_point started_;
 };
 

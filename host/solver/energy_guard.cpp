@@ -15,9 +15,9 @@ namespace malha {
 
 namespace {
 
-/// Of one constraint.
+/// Energy stored in one constraint, J.
 template <class Kind>
-double held_by(const Model& model, const ConstraintSet& set, int c, const std::vector<Vec3>& x, double h) {
+double stored_in(const Model& model, const ConstraintSet& set, int c, const std::vector<Vec3>& x, double h) {
   constexpr int n = Kind::particles;
   const int* of = &set.particles[std::size_t(c) * n];
   double rest[Kind::numbers];
@@ -36,24 +36,24 @@ double held_by(const Model& model, const ConstraintSet& set, int c, const std::v
   }
 }
 
-/// Adds to the energy of each group.
+/// The group of each particle.
 using GroupOf = std::vector<int>;
-void add_held(const Model& model, const ConstraintSet& set, const std::vector<Vec3>& x, double h, const GroupOf& of,
-              std::vector<double>& sum) {
+void add_stored(const Model& model, const ConstraintSet& set, const std::vector<Vec3>& x, double h, const GroupOf& of,
+                std::vector<double>& sum) {
   with_kind(set.type, [&]<class Kind>(Kind) {
     for (int c = 0; c < set.count(); ++c)
-      sum[of[set.particles[std::size_t(c) * Kind::particles]]] += held_by<Kind>(model, set, c, x, h);
+      sum[of[set.particles[std::size_t(c) * Kind::particles]]] += stored_in<Kind>(model, set, c, x, h);
   });
 }
 
-void add_held(const SpringSet& set, const std::vector<Vec3>& x, const GroupOf& of, std::vector<double>& sum) {
+void add_stored(const SpringSet& set, const std::vector<Vec3>& x, const GroupOf& of, std::vector<double>& sum) {
   for (std::size_t s = 0; s < set.ends.size(); ++s) {
     const double C = norm(minus(x[set.ends[s][0]], x[set.ends[s][1]])) - set.rest[s];
     sum[of[set.ends[s][0]]] += set.stiffness[s] * C * C / 2;
   }
 }
 
-double held_by(const Model& model, const PressureSet& set, const std::vector<Vec3>& x, double h) {
+double stored_in(const Model& model, const PressureSet& set, const std::vector<Vec3>& x, double h) {
   const auto at = [](const std::vector<Vec3>& points, int i, const Vec3& o) {
     return Vector3<double>{points[i][0] - o[0], points[i][1] - o[1], points[i][2] - o[2]};
   };
@@ -76,8 +76,8 @@ double held_by(const Model& model, const PressureSet& set, const std::vector<Vec
   return soft > 0 ? C * C / (2 * soft) : 0;
 }
 
-void add_held(const Model& model, const AttachmentSet& set, const std::vector<Vec3>& x, double h, const GroupOf& of,
-              std::vector<double>& sum) {
+void add_stored(const Model& model, const AttachmentSet& set, const std::vector<Vec3>& x, double h, const GroupOf& of,
+                std::vector<double>& sum) {
   const std::vector<Vector3<double>> anchor = anchors(set.target, set.particles, model.x);
   const Pose pose = pose_at(set.target.motion, 0);
   for (std::size_t k = 0; k < anchor.size(); ++k) {
@@ -88,13 +88,13 @@ void add_held(const Model& model, const AttachmentSet& set, const std::vector<Ve
   }
 }
 
-/// Of points that lie within `radius` of the origin of the motion.
+/// Largest speed on a path, m/s, of points within `radius` of the origin of the motion.
 double fastest_of(const std::vector<Keyframe>& motion, double radius, double h) {
   double most = 0;
   for (std::size_t k = 1; k < motion.size(); ++k) {
     const Keyframe &a = motion[k - 1], &b = motion[k];
     const double shift = norm(minus(b.translate, a.translate));
-    // Turns about two axes count as both.
+    // Rotations about different axes are added.
     const bool same_axis = a.axis == b.axis;
     const double degrees = same_axis ? std::abs(b.degrees - a.degrees) : std::abs(a.degrees) + std::abs(b.degrees);
     most = std::max(most, (shift + degrees * 3.14159265358979 / 180 * radius) / std::max(b.time - a.time, h));
@@ -160,23 +160,23 @@ std::vector<Allowance> allowances(const Model& model, const std::vector<int>& of
   return all;
 }
 
-std::vector<HeldEnergy> held_energies(const Model& model, const std::vector<Vec3>& x, double h, const GroupOf& of,
-                                      int groups) {
-  std::vector<HeldEnergy> held;
+std::vector<StoredEnergy> stored_energies(const Model& model, const std::vector<Vec3>& x, double h, const GroupOf& of,
+                                          int groups) {
+  std::vector<StoredEnergy> stored;
   const auto next = [&](const std::string& kind) -> std::vector<double>& {
-    return held.emplace_back(HeldEnergy{kind, std::vector<double>(groups, 0)}).energy;
+    return stored.emplace_back(StoredEnergy{kind, std::vector<double>(groups, 0)}).energy;
   };
   for (const std::vector<ConstraintSet>* sets : {&model.sets, &model.stencils})
-    for (const ConstraintSet& set : *sets) add_held(model, set, x, h, of, next(set.type));
-  for (const SpringSet& set : model.springs) add_held(set, x, of, next(set.type));
-  for (const PressureSet& set : model.pressures) next("pressure")[of[set.particles[0]]] = held_by(model, set, x, h);
-  for (const AttachmentSet& set : model.attached) add_held(model, set, x, h, of, next("attachments"));
-  return held;
+    for (const ConstraintSet& set : *sets) add_stored(model, set, x, h, of, next(set.type));
+  for (const SpringSet& set : model.springs) add_stored(set, x, of, next(set.type));
+  for (const PressureSet& set : model.pressures) next("pressure")[of[set.particles[0]]] = stored_in(model, set, x, h);
+  for (const AttachmentSet& set : model.attached) add_stored(model, set, x, h, of, next("attachments"));
+  return stored;
 }
 
-double sum_of(const std::vector<HeldEnergy>& held, int group) {
+double sum_of(const std::vector<StoredEnergy>& stored, int group) {
   double sum = 0;
-  for (const HeldEnergy& one : held) sum += one.energy[group];
+  for (const StoredEnergy& one : stored) sum += one.energy[group];
   return sum;
 }
 
@@ -186,7 +186,7 @@ double fastest_driven(const Model& model, double h) {
   const double radius = held ? farthest(model.x) : 0;
   for (const MovedPins& pins : model.moved) {
     most = std::max(most, fastest_of(pins.target.motion, radius, h));
-    if (pins.target.point) most = std::max(most, 2 * radius / h);  // put there at once
+    if (pins.target.point) most = std::max(most, 2 * radius / h);  // moved there at once
   }
   for (const AttachmentSet& set : model.attached) most = std::max(most, fastest_of(set.target.motion, radius, h));
   return std::max(most, fastest_object(model, h));
@@ -200,7 +200,7 @@ double fastest_object(const Model& model, double h) {
   return most;
 }
 
-std::vector<std::int64_t> turns_of(const Model& model, std::int64_t apart) {
+std::vector<std::int64_t> motion_change_steps(const Model& model, std::int64_t apart) {
   std::vector<std::int64_t> keyframes, turns;
   const auto step_before = [&](double time) { return std::llround(std::floor(time / model.scene.solver.dt + 1e-6)); };
   const auto note = [&](const auto& sets) {
@@ -219,7 +219,7 @@ std::vector<std::int64_t> turns_of(const Model& model, std::int64_t apart) {
 }
 
 std::string explosion(const Model& model, const Explosion& seen, const std::vector<Vec3>& x, const std::vector<Vec3>& v,
-                      const std::vector<HeldEnergy>& before, const std::vector<HeldEnergy>& now) {
+                      const std::vector<StoredEnergy>& before, const std::vector<StoredEnergy>& now) {
   int fastest = -1;
   for (std::size_t i = 0; i < v.size(); ++i)
     if (seen.of[i] == seen.group && (fastest < 0 || dot(v[i], v[i]) > dot(v[fastest], v[fastest]))) fastest = int(i);
@@ -229,7 +229,7 @@ std::string explosion(const Model& model, const Explosion& seen, const std::vect
   const auto most =
       std::max_element(gain.begin(), gain.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
   const Vec3& at = x[fastest];
-  std::string text = "motion has " + shown(seen.kinetic, 3) + " J, " + shown(seen.kinetic / seen.given, 3) +
+  std::string text = "motion has " + shown(seen.kinetic, 3) + " J, " + shown(seen.kinetic / seen.explained, 3) +
                      " times what anything gave it; fastest is " + particle_name(model, model.user_index[fastest]) +
                      " at (" + shown(at[0], 3) + ", " + shown(at[1], 3) + ", " + shown(at[2], 3) + "), with " +
                      shown(norm(v[fastest]), 3) + " m/s";

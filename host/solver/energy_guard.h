@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Stops a run whose kinetic energy exceeds what forces, pins and stored energy can explain. A body that falls, is
-// thrown, blown or dragged has no more energy of motion than that gave it, and constraints give back what they held;
-// what has many times as much is an explosion, finite or not.
+// Energy guard: stops a run whose kinetic energy exceeds what forces, pins and stored energy can explain. The kinetic
+// energy of a body that falls, is thrown, blown or dragged is at most the work on it plus the energy that its
+// constraints stored; many times as much is an explosion, finite or not.
 #pragma once
 #include <algorithm>
 #include <cstdint>
@@ -19,63 +19,64 @@
 
 namespace malha {
 
-/// The group of each particle (the solver's order). A body is one; those that self-collision lets touch are one
-/// together, as they may give each other all that they have.
+/// The energy group of each particle (the solver's order). A body is a group of its own; all bodies of self-collision
+/// form one group, as they can exchange energy.
 std::vector<int> groups_of(const Model& model);
 
-/// What a group of bodies may have without a question: kg; J of motion and of height at the start, and at any time.
+/// Energy that a group of bodies may have: mass, kg; kinetic and potential energy at the start, J; and energy that it
+/// may have at any time, J.
 struct Allowance {
   double mass = 0, motion = 0, height = 0, always = 0;
 };
 std::vector<Allowance> allowances(const Model& model, const std::vector<int>& group_of);
 
-/// J in the constraints of each kind at `x` (the solver's order), in substeps of h seconds: C^2 / (2 (alpha + h^2 sum w
-/// |grad C|^2)), which is the energy of a compliance alpha, and of a stiff one what meeting it in a substep gives.
-/// Of each group. In the order of sets, stencils, springs, pressures, attachments.
-struct HeldEnergy {
+/// Energy stored in the constraints of each kind at `x` (the solver's order) in substeps of h seconds, by group, J:
+/// C^2 / (2 (alpha + h^2 sum w |grad C|^2)), which is the energy of a compliance alpha, and for a stiff constraint what
+/// projecting it in one substep releases. Order: sets, stencils, springs, pressures, attachments.
+struct StoredEnergy {
   std::string kind;
   std::vector<double> energy;
 };
-std::vector<HeldEnergy> held_energies(const Model& model, const std::vector<Vec3>& x, double h,
-                                      const std::vector<int>& group_of, int groups);
-double sum_of(const std::vector<HeldEnergy>& held, int group);
+std::vector<StoredEnergy> stored_energies(const Model& model, const std::vector<Vec3>& x, double h,
+                                          const std::vector<int>& group_of, int groups);
+double sum_of(const std::vector<StoredEnergy>& stored, int group);
 
-/// The fastest that anything which moves by keyframes, or the air, ever moves (m/s). A jump counts as made in h
-/// seconds.
+/// Largest speed of anything on keyframes, or of the wind, at any time, m/s. A jump counts as a motion in h seconds.
 double fastest_driven(const Model& model, double h);
-/// Of the environment alone.
+/// Largest speed of environment objects alone, m/s.
 double fastest_object(const Model& model, double h);
 
-/// The last steps before pins and attachments let go; and those before keyframes of their paths, at least `apart`
-/// steps from each other.
-std::vector<std::int64_t> turns_of(const Model& model, std::int64_t apart);
+/// The last steps before pins and attachments are released, and the steps before keyframes of their paths, these at
+/// least `apart` steps from each other; sorted.
+std::vector<std::int64_t> motion_change_steps(const Model& model, std::int64_t apart);
 
-/// What the guard says of an explosion: how much energy, where it is fastest, and which kind gained most.
+/// Message about an explosion: how much energy there is, which particle is fastest, and which kind gained most.
 struct Explosion {
   int group;
   const std::vector<int>& of;  // the group of each particle
-  double kinetic, given;       // J
+  double kinetic, explained;   // J
 };
 std::string explosion(const Model& model, const Explosion& seen, const std::vector<Vec3>& x, const std::vector<Vec3>& v,
-                      const std::vector<HeldEnergy>& before, const std::vector<HeldEnergy>& now);
+                      const std::vector<StoredEnergy>& before, const std::vector<StoredEnergy>& now);
 
-/// Of its own size a body may go 1 % in a step, or in so many seconds if that is longer: a step says how often a run is
-/// looked at, not how fast bodies are.
+/// A body may move by 1 % of its size in a step, or in this time if that is longer, s. (Steps may be short for frequent
+/// output, which says nothing about the speed of bodies.)
 inline constexpr double kBrief = 1.0 / 60;
 
-/// Reads only, every 32nd step (128th where a step is one projection), which is less than 1 % of them, and where it is
-/// told to. Each group of bodies by itself: a light one explodes beside a heavy one. Given to a group is:
-/// - the energy of motion at the start, or where a state was restored,
-/// - height: the most potential energy that was seen less that of now (whoever lifts gives it),
-/// - twice the energy of all going with the fastest of what drives: air, pins, attachments and objects on keyframes,
-/// - that of a step's fall, and of every body going 1 % of its size (see kBrief), which is rounding's and contacts'
-/// own,
-/// - what constraints hold at the start; and, if something drives them, hold later. This is dear, and is only added up
-///   where the others do not explain a motion, or, for what is driven, after 32, 64, 128 ... steps, where a path has a
-///   keyframe (at most every 32nd step), and before anything is let go: a band that is drawn holds most there.
-/// All of it errs on the side of what is given: a late alarm is better than a false one.
+/// The guard only reads, every 32nd step (128th where a step is one projection), which costs less than 1 %, and on
+/// demand. It checks each group of bodies separately, because a light one can explode beside a heavy one. The kinetic
+/// energy of a group is explained by the sum of:
+/// - its kinetic energy at the start, or where a state was restored,
+/// - its largest potential energy so far less the present one (lifting counts as explained),
+/// - twice the kinetic energy of the group at the largest speed of air, and of pins, attachments and objects on
+///   keyframes,
+/// - that of the fall in a step, and of every body moving by 1 % of its size (see kBrief), for rounding and contacts,
+/// - the energy stored in constraints at the start and, if anything drives the bodies, later. As this is expensive, it
+///   is only computed where the rest does not explain a motion, and for driven bodies after 32, 64, 128 ... steps, at
+///   keyframes (at most every 32nd step), and before releases, where a drawn band stores most.
+/// All terms are upper bounds: a late alarm is better than a false one.
 /// kFactor: stable settings are below 1, the study of stability finds settings that are bounded but wrong up to 10, and
-/// an explosion passes any factor soon. 100 is ten times the speed that can be explained.
+/// an explosion exceeds any factor soon. 100 is ten times the speed that can be explained.
 template <class Executor, class R>
 class EnergyGuard {
  public:
@@ -86,7 +87,7 @@ class EnergyGuard {
     const SolverSpec& solver = model.scene.solver;
     while (every_ * solver.substeps * solver.iterations < 128) every_ *= 2;
     drives_ = fastest_driven(model, h_) > 0;
-    if (drives_) turns_ = turns_of(model, every_);
+    if (drives_) motion_changes_ = motion_change_steps(model, every_);
     const std::vector<int> of = groups_of(model);
     for (const Allowance& one : allowances(model, of)) groups_.push_back({one, one.height});
     runs_ = particle_runs(of);
@@ -94,62 +95,63 @@ class EnergyGuard {
     sums_ = Array<Executor, MotionEnergy>(runs_.size(), MotionEnergy{});
   }
 
-  /// Starts anew from a state that is not that of the scene.
+  /// Restarts from a state other than that of the scene.
   void restart(const Particles<R>& particles, std::vector<Vec3> x) {
     const std::vector<MotionEnergy> now = measure(particles);
     for (std::size_t g = 0; g < groups_.size(); ++g) {
       Group& group = groups_[g];
-      group.may.motion = now[g].kinetic, group.highest = now[g].potential, group.given = group.held_most = 0;
+      group.may.motion = now[g].kinetic, group.highest = now[g].potential, group.explained = group.max_stored = 0;
     }
-    start_ = std::move(x), held_.clear();
+    start_ = std::move(x), stored_at_start_.clear();
   }
-  /// Steps between two looks.
+  /// Steps between two checks.
   std::int64_t every() const { return every_; }
-  /// A pin was moved by hand, by so many m.
-  void moved(double way) { driven(way / h_); }
-  /// Pins or the air move at so many m/s from now on, or gravity adds that much in a step.
-  void driven(double speed) {
+  /// Accounts for a pin that was moved by this distance, m.
+  void add_pin_move(double distance) { add_driven_speed(distance / h_); }
+  /// Accounts for pins or wind that move at this speed from now on, m/s, or for gravity that adds it in a step.
+  void add_driven_speed(double speed) {
     for (Group& group : groups_) group.may.always += group.may.mass * speed * speed;
     drives_ = true;
   }
-  /// What acts on these particles may give any energy, as a motor does.
-  void trust(const std::vector<int>& particles) {
+  /// Exempts the groups of these particles: user constraints may do any work, as a motor does.
+  void exempt(const std::vector<int>& particles) {
     const std::vector<int> of = group_of();
     for (const int i : particles) groups_[of[i]].may.always = std::numeric_limits<double>::infinity();
   }
 
-  /// A hand gave so many J to the group of a particle.
-  void gave(int particle, double joules) {
+  /// Accounts for work of a handle on the group of a particle, J.
+  void add_work(int particle, double joules) {
     const auto after = std::find_if(runs_.begin(), runs_.end(),
                                     [particle](const ParticleRun& run) { return particle < run.first + run.count; });
     groups_[after->group].may.always += joules;
     drives_ = true;
   }
 
-  /// After step `steps`, if it is one to look at or `now`: what is wrong, if anything is.
+  /// Checks the state after step `steps`, if a check is due or `now`. Returns a message about an explosion, if any.
   template <class Positions, class Velocities>
-  std::optional<std::string> watch(const Particles<R>& particles, std::int64_t steps, const Positions& positions,
+  std::optional<std::string> check(const Particles<R>& particles, std::int64_t steps, const Positions& positions,
                                    const Velocities& velocities, bool now = false) {
-    if (drives_ &&
-        ((steps >= every_ && (steps & (steps - 1)) == 0) || std::binary_search(turns_.begin(), turns_.end(), steps))) {
-      const std::vector<HeldEnergy> present = held(positions());
+    if (drives_ && ((steps >= every_ && (steps & (steps - 1)) == 0) ||
+                    std::binary_search(motion_changes_.begin(), motion_changes_.end(), steps))) {
+      const std::vector<StoredEnergy> present = stored_energies_at(positions());
       for (std::size_t g = 0; g < groups_.size(); ++g)
-        groups_[g].held_most = std::max(groups_[g].held_most, sum_of(present, int(g)));
+        groups_[g].max_stored = std::max(groups_[g].max_stored, sum_of(present, int(g)));
     }
     if (steps % every_ != 0 && !now) return std::nullopt;
     const std::vector<MotionEnergy> energy = measure(particles);
     for (std::size_t g = 0; g < groups_.size(); ++g) {
       Group& group = groups_[g];
       group.highest = std::max(group.highest, energy[g].potential);
-      group.given = std::max(group.given, group.may.always + group.may.motion + group.highest - energy[g].potential);
-      if (!(energy[g].kinetic > kFactor * (group.given + group.held_most))) continue;
-      if (held_.empty()) held_ = held(start_.empty() ? model_.x : start_);
-      group.held_most = std::max(group.held_most, sum_of(held_, int(g)));
-      if (!(energy[g].kinetic > kFactor * (group.given + group.held_most))) continue;
+      group.explained =
+          std::max(group.explained, group.may.always + group.may.motion + group.highest - energy[g].potential);
+      if (!(energy[g].kinetic > kFactor * (group.explained + group.max_stored))) continue;
+      if (stored_at_start_.empty()) stored_at_start_ = stored_energies_at(start_.empty() ? model_.x : start_);
+      group.max_stored = std::max(group.max_stored, sum_of(stored_at_start_, int(g)));
+      if (!(energy[g].kinetic > kFactor * (group.explained + group.max_stored))) continue;
       const std::vector<Vec3> x = positions();
       const std::vector<int> of = group_of();
-      return explosion(model_, {int(g), of, energy[g].kinetic, group.given + group.held_most}, x, velocities(), held_,
-                       held(x));
+      return explosion(model_, {int(g), of, energy[g].kinetic, group.explained + group.max_stored}, x, velocities(),
+                       stored_at_start_, stored_energies_at(x));
     }
     return std::nullopt;
   }
@@ -157,8 +159,8 @@ class EnergyGuard {
  private:
   struct Group {
     Allowance may;
-    double highest;  // J of height, the most seen
-    double given = 0, held_most = 0;
+    double highest;  // largest potential energy so far, J
+    double explained = 0, max_stored = 0;
   };
 
   std::vector<MotionEnergy> measure(const Particles<R>& particles) const {
@@ -175,8 +177,8 @@ class EnergyGuard {
     for (const ParticleRun& run : runs_) of.insert(of.end(), run.count, run.group);
     return of;
   }
-  std::vector<HeldEnergy> held(const std::vector<Vec3>& x) const {
-    return held_energies(model_, x, h_, group_of(), int(groups_.size()));
+  std::vector<StoredEnergy> stored_energies_at(const std::vector<Vec3>& x) const {
+    return stored_energies(model_, x, h_, group_of(), int(groups_.size()));
   }
 
   Executor executor_;
@@ -188,9 +190,9 @@ class EnergyGuard {
   Array<Executor, ParticleRun> device_runs_;
   Array<Executor, MotionEnergy> sums_;
   bool drives_ = false;
-  std::vector<std::int64_t> turns_;  // steps after which pins and attachments turn or let go
-  std::vector<Vec3> start_;          // empty: that of the scene
-  std::vector<HeldEnergy> held_;     // at the start; empty: not asked for yet
+  std::vector<std::int64_t> motion_changes_;   // steps before keyframes and releases
+  std::vector<Vec3> start_;                    // empty: the positions of the scene
+  std::vector<StoredEnergy> stored_at_start_;  // empty: not computed yet
 };
 
 }  // namespace malha

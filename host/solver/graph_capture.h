@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Steps that launch the same as the one before: those that a device records as a whole.
+// Whether every step of a model has the same launches, so that a device can capture it as a graph.
 #pragma once
 #include <algorithm>
 #include <string>
@@ -9,8 +9,8 @@
 
 namespace malha {
 
-/// Whether steps of a model launch the same while nobody touches it: nothing is searched for, nothing depends on time,
-/// and the host decides nothing on the way.
+/// Whether all steps have the same launches without interaction: no search for contacts, nothing that depends on time,
+/// and no decision by the host within a step.
 inline bool can_capture_step(const Model& model) {
   const DesbrunSpec& desbrun = model.scene.solver.desbrun;
   const auto stays = [](const AttachmentSet& set) { return set.target.motion.empty() && !set.release_time; };
@@ -18,7 +18,7 @@ inline bool can_capture_step(const Model& model) {
          !desbrun.time_budget && std::ranges::all_of(model.attached, stays);
 }
 
-/// What the launches of such a step depend on, and may change between steps.
+/// Key of the parameters of those launches that may change between steps.
 inline std::string steady_key(const Scene& scene) {
   const Wind wind = scene.wind.value_or(Wind{});
   return key_from(scene.gravity, wind.velocity, wind.drag, wind.density, wind.drag_coefficient, wind.lift_coefficient);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A model's method in its precision, for any executor: a backend is one source file that includes this.
+// Makes the solver of a model's method and precision on any executor. Each backend is one source file that includes
+// this.
 #pragma once
 #include <memory>
 
@@ -16,7 +17,7 @@ std::unique_ptr<Solver> instantiate(const Model& model, const Executor& executor
   return std::make_unique<Pbd<Executor, R>>(model, executor, threads);
 }
 
-/// `threads`: of the executor.
+/// `threads`: number of threads of the executor.
 template <class Executor>
 std::unique_ptr<Solver> instantiate(const Model& model, const Executor& executor, int threads,
                                     const ShowProgress& progress) {

@@ -1,51 +1,53 @@
 // SPDX-License-Identifier: Apache-2.0
-// While the host asks Embree about some particles, a device goes on with the patches that have none of them: with the
-// first phase of the visits that come next. On the host there is nothing of this.
+// Overlaps contact queries on the host with patch solves on a device: while the host runs Embree on some particles, the
+// device solves the patches of the first phase that have none of them. The host executor does not use this.
 #pragma once
 #include "host/patch/sweep.h"
 #include "kernels/patch/solve_patch.h"
 
 namespace malha {
 
-/// Whether nothing of the method moves particles between contacts with meshes and the first visits.
+/// Whether no pass of the method moves particles between contact detection at meshes and the first patch solve.
 inline bool solve_is_next(const Model& model, const SolverStats& facts) {
   return !model.sets.empty() && facts.levels.empty() && !facts.filter;
 }
 
 template <class Executor, class R>
-class EarlyVisits {
+class OverlapHostQueries {
  public:
-  /// The visits of a sweep to what does not wait for the answers.
-  void begin(const Executor& executor, const Sweep<Executor, R>& sweep, const SolvePatch<R>& visit,
-             const ActiveMask& questions) {
-    if (waits_.size() == 0) waits_ = Array<Executor, bool>(static_cast<std::size_t>(sweep.facts().patches));
+  /// Launches the solves of a sweep's first phase that do not depend on the queried particles.
+  void begin(const Executor& executor, const Sweep<Executor, R>& sweep, const SolvePatch<R>& solve,
+             const ActiveMask& queried) {
+    if (deferred_.size() == 0) deferred_ = Array<Executor, bool>(static_cast<std::size_t>(sweep.facts().patches));
     parallel_for(executor, sweep.facts().patches,
-                 MarkDeferredPatches{visit.patches, visit.segments, questions, waits_.data()});
-    sweep.region([&](const auto& team) { sweep.visit_first(team, MaskedSolvePatch<R>{visit, waits_.data(), false}); });
+                 MarkDeferredPatches{solve.patches, solve.segments, queried, deferred_.data()});
+    sweep.region([&](const auto& team) {
+      sweep.solve_first_phase(team, MaskedSolvePatch<R>{solve, deferred_.data(), false});
+    });
     begun_ = true;
   }
 
-  /// All visits of a sweep, but for those that were begun.
-  void go_on(const Sweep<Executor, R>& sweep, const SolvePatch<R>& visit) {
+  /// Launches a sweep, without the solves that were begun.
+  void finish(const Sweep<Executor, R>& sweep, const SolvePatch<R>& solve) {
     const auto key = [&] {
-      const Particles<R>& all = visit.particles;
-      const Vector3<R>& g = visit.gravity;
-      return key_from(all.x.x, all.v.x, all.p.d.x, all.w, visit.dt, g.x, g.y, g.z, visit.first_iteration, begun_);
+      const Particles<R>& all = solve.particles;
+      const Vector3<R>& g = solve.gravity;
+      return key_from(all.x.x, all.v.x, all.p.d.x, all.w, solve.dt, g.x, g.y, g.z, solve.first_iteration, begun_);
     };
     sweep.region(recorded_, key, [&](const auto& team) {
-      if constexpr (!Memory<Executor>::kOfTheHost)
+      if constexpr (!Memory<Executor>::kOnHost)
         if (begun_) {
-          sweep.visit_first(team, MaskedSolvePatch<R>{visit, waits_.data(), true});
-          return sweep.visit_others(team, visit);
+          sweep.solve_first_phase(team, MaskedSolvePatch<R>{solve, deferred_.data(), true});
+          return sweep.solve_other_phases(team, solve);
         }
-      sweep(team, visit);
+      sweep(team, solve);
     });
     begun_ = false;
   }
 
  private:
-  Array<Executor, bool> waits_;   // of each patch
-  Recording<Executor> recorded_;  // visits that go on
+  Array<Executor, bool> deferred_;  // of each patch
+  Recording<Executor> recorded_;    // the rest of a sweep
   bool begun_ = false;
 };
 

@@ -17,7 +17,7 @@ class Pbd final : public TimeStepper<Executor, R> {
   using Base::executor_, Base::model_, Base::sweep_;
 
  public:
-  /// `threads`: of the executor.
+  /// `threads`: number of threads of the executor.
   Pbd(const Model& model, const Executor& executor, int threads)
       : Base(model, executor, threads, true), threads_(threads) {
     this->facts_.fused = this->runs_fused();
@@ -44,13 +44,13 @@ class Pbd final : public TimeStepper<Executor, R> {
   void advance() override {
     const SolverSpec& solver = model_.scene.solver;
     const double h = solver.dt / solver.substeps;
-    if (this->has_external_constraints() || this->watched()) return this->advance_from(0);
+    if (this->has_external_constraints() || this->has_callback()) return this->advance_from(0);
     if (!this->facts_.whole_steps)
       return this->advance_from(this->facts_.contact_free_steps ? step_without_contacts(h) : 0);
     this->substep_ = 0;
     this->repeat_step("fused solve", [&] {
       start_step();
-      visit_patches(h, solver.substeps);
+      solve_substeps(h, solver.substeps);
     });
     check_finite();
     this->restore_momenta();
@@ -59,11 +59,11 @@ class Pbd final : public TimeStepper<Executor, R> {
 
   void start_step() override {
     for (const auto& levels : levels_)
-      if (levels) levels->take_origins(executor_, this->particles().x);
+      if (levels) levels->set_origins(executor_, this->particles().x);
   }
 
-  /// How many substeps of a step, from the first on, were visits alone: nothing came near the environment. What was
-  /// thrown farther than its speed had told is held back after its substep.
+  /// Runs substeps of a step as patch solves without contact tests, and returns how many, as long as no particle can
+  /// reach the environment. A particle that moved farther than its speed allowed is clamped after its substep.
   int step_without_contacts(double h) {
     auto& collider = *this->collider_;
     const int substeps = model_.scene.solver.substeps;
@@ -74,7 +74,7 @@ class Pbd final : public TimeStepper<Executor, R> {
     });
     if (!(speed > 0)) return 0;
     sweep_->start_speed_limit();
-    const int done = visit_patches(h, substeps, speed);
+    const int done = solve_substeps(h, substeps, speed);
     check_finite();
     if (sweep_->speed_exceeded(done))
       this->timed(Pass::Collision,
@@ -82,25 +82,26 @@ class Pbd final : public TimeStepper<Executor, R> {
     return done;
   }
 
-  /// What visits have lost since the start.
+  /// Throws Diverged if patch solves have left a position that is not finite.
   void check_finite() {
-    if (sweep_->lost()) this->refuse_lost(sweep_->first_lost(this->x_.download(), model_.user_index));
+    if (sweep_->has_non_finite())
+      this->refuse_non_finite(sweep_->first_non_finite(this->x_.download(), model_.user_index));
   }
-  void require_places() override { this->runs_fused() ? check_finite() : Base::require_places(); }
+  void require_finite() override { this->runs_fused() ? check_finite() : Base::require_finite(); }
 
-  /// Those of each set of pins that is let go are laid out beforehand: the model does not stay.
+  /// Makes the levels for the state after each release of pins beforehand: the model is not kept.
   void lay_out_levels() {
     if (model_.scene.solver.levels == 0) return;
-    std::vector<const MovedPins*> leaving;
+    std::vector<const MovedPins*> released;
     for (const MovedPins& pins : model_.moved)
-      if (pins.release_time) leaving.push_back(&pins);
-    std::stable_sort(leaving.begin(), leaving.end(),
+      if (pins.release_time) released.push_back(&pins);
+    std::stable_sort(released.begin(), released.end(),
                      [](auto a, auto b) { return *a->release_time < *b->release_time; });
-    std::vector<double> w = this->weights_in_order();
-    for (std::size_t gone = 0;; ++gone) {
+    std::vector<double> w = this->inverse_masses_in_order();
+    for (std::size_t count = 0;; ++count) {
       add_levels(w);
-      if (gone == leaving.size()) break;
-      for (const int i : leaving[gone]->particles) w[i] = model_.w[i];
+      if (count == released.size()) break;
+      for (const int i : released[count]->particles) w[i] = model_.w[i];
     }
     const auto& first = levels_.front();
     this->facts_.levels = first ? first->facts() : std::vector<LevelStats>{};
@@ -118,10 +119,10 @@ class Pbd final : public TimeStepper<Executor, R> {
     });
   }
 
-  /// For what is held now, to be used in this substep of a step, counted from 0; null: none.
+  /// The levels for the present pins if this substep of a step, counted from 0, uses them; otherwise null.
   const Levels<Executor, R>* levels_at(int substep) const {
     if (levels_.empty() || substep % this->facts_.levels_interval != 0) return nullptr;
-    const auto& levels = levels_[this->pins_let_go()];
+    const auto& levels = levels_[this->released_pin_sets()];
     return levels ? &*levels : nullptr;
   }
 
@@ -134,58 +135,61 @@ class Pbd final : public TimeStepper<Executor, R> {
 
   void predict(double h) override {
     this->apply_wind(h);
-    if (this->runs_fused()) return void(visit_patches(h, 1));
-    if (this->free_ && this->can_fuse_passes() && this->substep_ % substeps_of_visits() == 0)
-      this->timed(Pass::Correction, [&] { this->free_->before(this->particles()); });
+    if (this->runs_fused()) return void(solve_substeps(h, 1));
+    if (this->momentum_corrector_ && this->can_fuse_passes() && this->substep_ % substeps_per_solve() == 0)
+      this->timed(Pass::Correction, [&] { this->momentum_corrector_->before(this->particles()); });
     this->timed(Pass::Prediction, [&] {
       parallel_for(executor_, model_.count(), Predict<R>{this->particles(), R(h), this->to_R(model_.scene.gravity)});
     });
   }
-  /// Where a hand alone keeps the visits from doing all, momenta are compared over the same substeps: bodies that no
-  /// hand takes keep their bits.
+  /// Handles of particles prevent fused solves. Momenta are then compared over the same substeps as with those, so that
+  /// bodies without handle keep their bits.
   void end_substep(double h) override {
-    if (this->free_ && this->can_fuse_passes() && (this->substep_ + 1) % substeps_of_visits() == 0)
-      note_momenta(h * substeps_of_visits());
+    if (this->momentum_corrector_ && this->can_fuse_passes() && (this->substep_ + 1) % substeps_per_solve() == 0)
+      note_momenta(h * substeps_per_solve());
   }
-  int substeps_of_visits() const { return this->facts_.whole_steps ? model_.scene.solver.substeps : 1; }
-  /// After t seconds of falling.
+  int substeps_per_solve() const { return this->facts_.whole_steps ? model_.scene.solver.substeps : 1; }
+  /// Measures the change of momenta after t seconds under gravity.
   void note_momenta(double t) {
     const Vec3& g = model_.scene.gravity;
-    this->timed(Pass::Correction, [&] { this->free_->after(this->particles(), {g[0] * t, g[1] * t, g[2] * t}); });
+    this->timed(Pass::Correction, [&] {
+      this->momentum_corrector_->after(this->particles(), {g[0] * t, g[1] * t, g[2] * t});
+    });
   }
-  bool predicts_the_state() const override { return this->runs_fused(); }
+  bool predict_does_substep() const override { return this->runs_fused(); }
   const char* requires_fixed_pins() const override {
     return levels_.empty() ? nullptr : "levels, which are laid out for what is pinned";
   }
 
-  /// Substeps of prediction, projection and state in one parallel region, up to one in which something was faster than
-  /// `speed` (m/s): how many.
-  int visit_patches(double h, int substeps, double speed = INFINITY) {
+  /// Runs substeps of prediction, projection and state update in one parallel region, up to the first in which a
+  /// particle was faster than `speed` (m/s). Returns how many.
+  int solve_substeps(double h, int substeps, double speed = INFINITY) {
     int done = substeps;
-    const bool watched = speed < INFINITY;
+    const bool limits_speed = speed < INFINITY;
     const int iterations = model_.scene.solver.iterations;
-    if (this->free_) this->timed(Pass::Correction, [&] { this->free_->before(this->particles()); });
-    const SolvePatch<R> plain = this->visit(h);
+    if (this->momentum_corrector_)
+      this->timed(Pass::Correction, [&] { this->momentum_corrector_->before(this->particles()); });
+    const SolvePatch<R> plain = this->make_solve(h);
     const Particles<R>& all = plain.particles;
     this->timed(Pass::FusedSolve, [&] {
-      const auto visits = [&](const auto& team) {
+      const auto solve_all = [&](const auto& team) {
         for (int s = 0; s < substeps; ++s) {
           const auto* levels = levels_at(this->substep_ + s);
           const auto* next = s + 1 < substeps ? levels_at(this->substep_ + s + 1) : nullptr;
           if (levels && s == 0) levels->restrict_prediction(team, *sweep_, plain);
           if (levels) levels->sweep(team);
           for (int iteration = 0; iteration < iterations; ++iteration) {
-            SolvePatch<R> visit = plain;
-            visit.predicts = visit.first_iteration = iteration == 0;
-            visit.updates = iteration + 1 == iterations;
-            visit.substep = s + 1;
-            if (levels && visit.predicts) visit.down = levels->down();
-            if (next && visit.updates) visit.up = next->up();
-            if (watched && visit.updates) sweep_->set_speed_limit(speed, visit);
-            (*sweep_)(team, visit);
+            SolvePatch<R> solve = plain;
+            solve.predicts = solve.first_iteration = iteration == 0;
+            solve.updates = iteration + 1 == iterations;
+            solve.substep = s + 1;
+            if (levels && solve.predicts) solve.prolongation = levels->prolongation();
+            if (next && solve.updates) solve.restriction = next->restriction();
+            if (limits_speed && solve.updates) sweep_->set_speed_limit(speed, solve);
+            (*sweep_)(team, solve);
           }
           if (next) next->join_parts(team);
-          if (!watched || !sweep_->speed_exceeded(s + 1)) continue;
+          if (!limits_speed || !sweep_->speed_exceeded(s + 1)) continue;
           if (is_leader(team)) done = s + 1;
           return;
         }
@@ -196,15 +200,15 @@ class Pbd final : public TimeStepper<Executor, R> {
         for (int s = 0; s < substeps; ++s) text += key_from(levels_at(this->substep_ + s));
         return text;
       };
-      watched ? sweep_->region(visits) : sweep_->region(recorded_, key, visits);
+      limits_speed ? sweep_->region(solve_all) : sweep_->region(recorded_, key, solve_all);
     });
-    if (this->free_) note_momenta(h * substeps);
+    if (this->momentum_corrector_) note_momenta(h * substeps);
     return done;
   }
 
   int threads_;
-  Recording<Executor> recorded_;                           // visits
-  std::deque<std::optional<Levels<Executor, R>>> levels_;  // after so many sets of pins were let go; empty: none
+  Recording<Executor> recorded_;                           // patch solves
+  std::deque<std::optional<Levels<Executor, R>>> levels_;  // by number of released sets of pins; empty: no levels
 };
 
 }  // namespace malha

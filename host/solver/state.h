@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The state of a run as bytes: what a checkpoint holds, and its hash.
+// State of a run, its serialisation for checkpoints, and its hash.
 #pragma once
 #include <algorithm>
 #include <array>
@@ -23,34 +23,34 @@
 
 namespace malha {
 
-/// In the solver's order.
+/// State of a run, by particle in the solver's order.
 template <class R>
 struct State {
   std::int64_t steps = 0;
   std::vector<std::array<R, 3>> x, v;
   ContactMemory seen{};                 // empty without environment
-  std::vector<std::int64_t> rest{};     // of sleep, empty without
+  std::vector<std::int64_t> rest{};     // of sleep; empty without it
   SelfMemory<R> self{};                 // empty without self-collision
   EdgeMemory<R> edges{};                // empty without edges of the environment
-  std::vector<std::array<R, 3>> low{};  // what x lacks of the positions, of a type that carries it
+  std::vector<std::array<R, 3>> low{};  // positions less x, of compensated types
 };
 
-/// x of a state, and what it lacks of these places (m).
+/// Sets x and low of a state from positions (m).
 template <class R>
-void put_places(const std::vector<Vec3>& places, State<R>& state) {
+void set_positions(const std::vector<Vec3>& places, State<R>& state) {
   for (const Vec3& place : places) {
     std::array<R, 3> x, low;
     for (int k = 0; k < 3; ++k) x[k] = R(place[k]), low[k] = R(place[k] - double(x[k]));
     state.x.push_back(x);
-    if constexpr (kCarries<R>) state.low.push_back(low);
+    if constexpr (kCompensated<R>) state.low.push_back(low);
   }
 }
 
-/// Of the first step, at rest at these places (m).
+/// State before the first step, at rest at these positions (m).
 template <class R>
 State<R> state_at_rest(const std::vector<Vec3>& places) {
   State<R> state;
-  put_places(places, state);
+  set_positions(places, state);
   state.v.assign(places.size(), {0, 0, 0});
   return state;
 }
@@ -71,7 +71,7 @@ const char* take(const char* from, std::size_t count, std::vector<T>& values) {
 
 }  // namespace detail
 
-/// `contacts`: in the place of state.seen, what has the same to tell.
+/// Serialises a state. `contacts`: used in place of state.seen, with the same interface.
 template <class R, class Contacts>
 std::string save_state(const State<R>& state, const Contacts& contacts) {
   std::string bytes;
@@ -100,7 +100,7 @@ std::string save_state(const State<R>& state) {
   return save_state(state, state.seen);
 }
 
-/// How many entries a state has of each; `meshes`: of the environment.
+/// Sizes of a state; `meshes`: number of environment meshes.
 struct StateSizes {
   std::size_t particles = 0, meshes = 0, rest = 0, searched = 0, edge_groups = 0;
 };
@@ -125,7 +125,8 @@ inline void check_search(const SearchMemory& search, const std::string& file) {
     refuse(file, "substeps driven through", std::to_string(search.driven_through), "at least 0");
 }
 
-/// `pairs`: of particles and meshes. `triangles`: of each mesh; without it those are taken as they are.
+/// Checks contacts. `pairs`: number of pairs of particle and mesh. `triangles`: number of each mesh; empty: not
+/// checked.
 inline void check_contacts(const ContactMemory& seen, std::int64_t pairs, std::int64_t particles,
                            const std::vector<int>& triangles, const std::string& file) {
   constexpr double most = std::numeric_limits<float>::max();  // places are kept in float too
@@ -157,14 +158,15 @@ inline void check_contacts(const ContactMemory& seen, std::int64_t pairs, std::i
   }
 }
 
-/// Refuses what no run can have left: a solver would read beyond its arrays with it, or never end.
+/// Throws InputError for a state that no run can have saved, with which a solver would read beyond its arrays, or never
+/// end.
 template <class R>
 void check_state(const State<R>& state, const std::vector<int>& triangles, std::int64_t meshes,
                  const std::string& file) {
-  constexpr std::int64_t most = std::int64_t{1} << 53;  // of which a double still tells the next
+  constexpr std::int64_t most = std::int64_t{1} << 53;  // so that a double represents the next one
   if (state.steps < 0 || state.steps > most)
     refuse(file, "steps", std::to_string(state.steps), "0 to " + std::to_string(most));
-  // Self-collision lays a grid over everything: squares of what it is to hold must stay finite in single precision.
+  // Self-collision needs squares of positions that are finite in single precision.
   const bool any_number = state.self.x0.empty() && state.edges.x0.empty();
   const double largest = any_number ? std::numeric_limits<double>::max() : 1e18;
   const auto check_numbers = [&](const auto& list, const char* place) {
@@ -202,16 +204,16 @@ void check_state(const State<R>& state, const std::vector<int>& triangles, std::
 
 }  // namespace detail
 
-/// Throws InputError unless the bytes hold as much as `sizes` say, in precision R, and all of it can be gone on with.
-/// `triangles`: of each environment mesh; without it contacts are taken as they are. `file`: what the message names.
+/// Reads a state. Throws InputError unless the bytes have the given sizes in precision R and a valid state.
+/// `triangles`: number of each environment mesh; empty: contacts are not checked. `file`: name for messages.
 template <class R>
 State<R> load_state(const std::string& bytes, const StateSizes& sizes, const std::vector<int>& triangles = {},
                     const std::string& file = "checkpoint") {
   State<R> state;
-  const std::size_t searches = sizes.searched > 0 ? 1 : 0, carries = kCarries<R> ? sizes.particles : 0,
+  const std::size_t searches = sizes.searched > 0 ? 1 : 0, carries = kCompensated<R> ? sizes.particles : 0,
                     parted = sizes.edge_groups > 0 ? sizes.particles : 0;
   constexpr std::size_t two = 2 * sizeof(std::int64_t);
-  // Where it says how many boxes there are, and how many pairs are near.
+  // Offset of the numbers of boxes and of near pairs.
   const std::size_t counts_at = sizeof state.steps + (6 * sizes.particles + 3 * carries) * sizeof(R),
                     words = groups_of(sizes.particles);
   std::int64_t counts[2] = {0, 0};
@@ -259,9 +261,9 @@ State<R> load_state(const std::string& bytes, const StateSizes& sizes, const std
   return state;
 }
 
-/// What was seen of other particles: the i-th is as the from[i]-th was. Where their words had boxes and are now mixed,
-/// nothing has been seen of them.
-inline ContactMemory carried(const ContactMemory& before, std::size_t particles, const std::vector<int>& from) {
+/// Contact cache of renumbered particles: particle i was particle from[i]. Groups with boxes whose particles are now
+/// mixed have no cached data.
+inline ContactMemory remapped(const ContactMemory& before, std::size_t particles, const std::vector<int>& from) {
   ContactMemory all;
   const std::size_t words = groups_of(particles);
   const CacheEntry* place = before.entries.data();
@@ -293,30 +295,30 @@ inline ContactMemory carried(const ContactMemory& before, std::size_t particles,
   return all;
 }
 
-/// The state of other particles: the i-th is as the from[i]-th was.
+/// State of renumbered particles: particle i was particle from[i].
 template <class R>
-State<R> carried(const State<R>& before, const std::vector<int>& from) {
+State<R> remapped(const State<R>& before, const std::vector<int>& from) {
   State<R> state{before.steps, {}, {}, {}, before.rest, {}, {}};
   for (const int i : from) {
     state.x.push_back(before.x[i]), state.v.push_back(before.v[i]);
     if (!before.low.empty()) state.low.push_back(before.low[i]);
-    // A split leaves all in its place.
+    // A split does not move particles.
     if (!before.self.x0.empty()) state.self.x0.push_back(before.self.x0[i]);
     if (!before.edges.x0.empty()) state.edges.x0.push_back(before.edges.x0[i]);
   }
   if (!before.self.search.empty()) state.self = unsearched(std::move(state.self.x0), before.self.search[0]);
   state.edges = unsearched_edges<R>(before.edges.valid.size(), state.edges.x0);
-  state.seen = carried(before.seen, before.x.size(), from);
+  state.seen = remapped(before.seen, before.x.size(), from);
   return state;
 }
 
-/// The same particles elsewhere, after so many steps, awake: nothing has been seen or searched there. What stays where
-/// it is keeps its contact distance.
+/// State of the same particles at other positions, after `steps` steps, awake, with empty contact caches and searches.
+/// Particles that stay keep their contact distance.
 template <class R>
-State<R> displaced(const State<R>& before, std::int64_t steps, const std::vector<Vec3>& x, const std::vector<Vec3>& v) {
+State<R> moved_to(const State<R>& before, std::int64_t steps, const std::vector<Vec3>& x, const std::vector<Vec3>& v) {
   State<R> state{steps, {}, {}, {}, {}, {}, {}};
   const auto to_R = [](const Vec3& a) { return std::array<R, 3>{R(a[0]), R(a[1]), R(a[2])}; };
-  put_places(x, state);
+  set_positions(x, state);
   for (const Vec3& one : v) state.v.push_back(to_R(one));
   if (!before.rest.empty()) state.rest = {0, -1};
   if (!before.self.search.empty()) {
@@ -333,7 +335,7 @@ State<R> displaced(const State<R>& before, std::int64_t steps, const std::vector
   return state;
 }
 
-/// Of positions and velocities, bit by bit, particle by particle in the user's order.
+/// Hash of positions and velocities, in the user's order.
 template <class R>
 std::uint64_t hash_state(const State<R>& state, const std::vector<int>& user_index) {
   std::uint64_t hash = hash_bytes(nullptr, 0);

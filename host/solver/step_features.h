@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a scene asks for between the prediction and the new state of a substep, beside its batched constraints.
+// Whether a scene has passes between prediction and state update other than its batched constraints.
 #pragma once
 #include "host/model/model.h"
 
 namespace malha {
 
+/// Whether contacts with the environment are the only such passes, if there are any.
 inline bool has_only_contacts(const Model& model) {
   return model.pressures.empty() && model.attached.empty() && model.long_range.items() == 0 &&
          !model.scene.self_collision;

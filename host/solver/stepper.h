@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the methods share: a substep of damping, wind, prediction (each method's own), projected constraints, collision
-// and the new state, for any executor and precision. A pass that the scene does not name does not exist here.
+// Time stepper, the base of all methods, for any executor and precision: a substep of damping, wind, prediction (by the
+// method), projection of constraints, collision and state update. Passes that a scene does not use are not made.
 #pragma once
 #include <algorithm>
 #include <iterator>
@@ -43,7 +43,7 @@
 
 namespace malha {
 
-/// The bytes of an optional part of the solver.
+/// Memory of an optional part of the solver.
 template <class Part>
 std::size_t bytes_of(const std::optional<Part>& part) {
   return part ? part->bytes() : 0;
@@ -55,102 +55,107 @@ class TimeStepper : public Solver {
   void step(const SubstepCallback& after) final {
     if (after && !handles_)
       throw InputError("step: found a simulation without interactive; allowed: one that is made with it");
-    const ScopedValue<const SubstepCallback*> watch(watcher_, after ? &after : nullptr);
+    const ScopedValue<const SubstepCallback*> callback(substep_callback_, after ? &after : nullptr);
     const double start = time(), end = start + model_.scene.solver.dt;
     if (sleeper_ && sleeper_->sleeps_through(particles(), start, end)) {
       ++steps_;
       return;
     }
     advance();
-    guard();
+    check_energy();
     if (self_ || collider_) note_collision();
     if (sleeper_ && !has_external_constraints())
       timed(Pass::Sleep, [&] { sleeper_->watch(particles(), start, end, steps_); });
   }
 
-  void check_divergence() final { guard(true); }
+  void check_divergence() final { check_energy(true); }
 
   double time() const final { return steps_ * model_.scene.solver.dt; }
   std::int64_t steps() const final { return steps_; }
-  std::vector<Vec3> positions() const final { return in_user_order(places(), model_.user_index); }
+  std::vector<Vec3> positions() const final { return in_user_order(positions_in_order(), model_.user_index); }
   std::vector<Vec3> velocities() const final { return in_user_order(v_.download(), model_.user_index); }
   const SolverStats& facts() const final { return facts_; }
   const std::array<double, kPassNames.size()>& pass_seconds() const final { return seconds_; }
-  std::string save() const final { return collider_ ? save_state(remembered(), *collider_) : save_state(remembered()); }
+  std::string save() const final {
+    return collider_ ? save_state(state_to_save(), *collider_) : save_state(state_to_save());
+  }
   void restore(const std::string& bytes, const std::string& file) final {
     const State<R> saved = load(bytes, x_.size(), file);
     steps_ = saved.steps, crossings_step_ = -1;
     x_.upload(saved.x), v_.upload(saved.v), d_.upload(std::vector<Vec3>(saved.x.size(), Vec3{0, 0, 0}));
-    if constexpr (kCarries<R>) low_.upload(saved.low);
+    if constexpr (kCompensated<R>) low_.upload(saved.low);
     if (handles_) handles_->release_all(w_.data());
     exclude_from_momentum_correction();
-    if (moved_) moved_->set_pinned(time(), w_.data());
-    if (sweep_) sweep_->forget_lost();
+    if (kinematic_pins_) kinematic_pins_->set_pinned(time(), w_.data());
+    if (sweep_) sweep_->clear_non_finite();
     if (collider_) collider_->restore_state(saved.seen);
-    if (sleeper_) own_ ? sleeper_->wake() : sleeper_->restore_state(saved.rest);
+    if (sleeper_) user_constraints_ ? sleeper_->wake() : sleeper_->restore_state(saved.rest);
     if (self_) self_->restore_state(saved.self);
     if (edges_) edges_->restore_state(saved.edges);
-    guard_.restart(particles(), places());
+    energy_guard_.restart(particles(), positions_in_order());
   }
   void restore_after_split(const std::string& bytes, std::size_t particles, const std::vector<int>& from,
                            const std::array<double, kPassNames.size()>& seconds) final {
-    restore(save_state(carried(load(bytes, particles, "state"), from)), "state");
+    restore(save_state(remapped(load(bytes, particles, "state"), from)), "state");
     seconds_ = seconds;
   }
   void set_state(std::int64_t steps, const std::vector<Vec3>& x, const std::vector<Vec3>& v) final {
-    restore(save_state(displaced(remembered(), steps, in_solver_order(x, model_.user_index),
-                                 in_solver_order(v, model_.user_index))),
+    restore(save_state(moved_to(state_to_save(), steps, in_solver_order(x, model_.user_index),
+                                in_solver_order(v, model_.user_index))),
             "state");
     if (self_) self_->start_from(particles());
   }
   bool overstretched() final {
     bool found = false;
-    if (breakable_) timed(Pass::Tearing, [&] { found = breakable_->excess(x_.points()) > 0; });
+    if (tear_limits_) timed(Pass::Tearing, [&] { found = tear_limits_->excess(x_.points()) > 0; });
     return found;
   }
   void move_pins(const std::vector<int>& particles, const std::vector<Vec3>& to) final {
     const std::vector<R> w = w_.download();
     const std::vector<int> list = pins_of(model_, particles, [&](int i) {
-      return !(w[i] > R(0)) && !(moved_ && moved_->refuses(i)) && !(handles_ && handles_->has(i));
+      return !(w[i] > R(0)) && !(kinematic_pins_ && kinematic_pins_->refuses(i)) && !(handles_ && handles_->has(i));
     });
     double farthest = 0;
     for (std::size_t k = 0; k < particles.size(); ++k) {
       const auto i = static_cast<std::size_t>(list[k]);
-      farthest = std::max(farthest, norm(minus(to[k], place_of(i))));
-      put(i, to[k]);
+      farthest = std::max(farthest, norm(minus(to[k], position_of(i))));
+      set_position(i, to[k]);
     }
-    guard_.moved(farthest);
+    energy_guard_.add_pin_move(farthest);
     crossings_step_ = -1;
     wake();
   }
-  std::vector<double> inverse_masses() const final { return in_user_order(weights_in_order(), model_.user_index); }
+  std::vector<double> inverse_masses() const final {
+    return in_user_order(inverse_masses_in_order(), model_.user_index);
+  }
   void change_gravity() final {
     gravity_ = norm(model_.scene.gravity);
     on_gravity_changed();
-    guard_.restart(particles(), places());  // heights weigh otherwise now
-    guard_.driven(gravity_ * model_.scene.solver.dt);
+    energy_guard_.restart(particles(), positions_in_order());  // potential energies have changed
+    energy_guard_.add_driven_speed(gravity_ * model_.scene.solver.dt);
     wake();
   }
   void change_wind() final {
     if (air_) air_->change(*model_.scene.wind);
-    guard_.driven(norm(model_.scene.wind->velocity));
+    energy_guard_.add_driven_speed(norm(model_.scene.wind->velocity));
     wake();
   }
   void add_user_constraints(const std::vector<UserConstraint>& all) final {
-    own_.emplace(executor_, model_, all);
-    facts_.own = own_->facts();
-    guard_.trust(own_->particles());
+    user_constraints_.emplace(executor_, model_, all);
+    facts_.user_constraints = user_constraints_->facts();
+    energy_guard_.exempt(user_constraints_->particles());
     exclude_from_momentum_correction();
   }
   std::vector<double> values_of_user_constraint(std::size_t index) const final {
-    return own_ ? own_->values(index, x_.points(), w_.data()) : throw std::out_of_range("values_of_user_constraint");
+    return user_constraints_ ? user_constraints_->values(index, x_.points(), w_.data())
+                             : throw std::out_of_range("values_of_user_constraint");
   }
   void take(const ParticleHandle& what) final {
     if (!handles_)
       throw InputError("pull, hold: found a simulation without interactive; allowed: one that is made with it");
     const int i = handles_->number_of(what, model_, w_.data(), requires_fixed_pins());
-    const Vec3 x = place_of(i), way = minus(what.to, x);
-    what.is_held() ? guard_.moved(norm(way)) : guard_.gave(i, handles_->work(i, what, x));
+    const Vec3 x = position_of(i), way = minus(what.to, x);
+    what.is_held() ? energy_guard_.add_pin_move(norm(way)) : energy_guard_.add_work(i, handles_->work(i, what, x));
     if (what.is_held() && !handles_->has(i)) v_.set(i, {0, 0, 0});
     handles_->add(i, what, x, w_.data());
     exclude_from_momentum_correction(), wake();
@@ -176,7 +181,7 @@ class TimeStepper : public Solver {
 
   Measures measure() const final {
     Measures m = measure_motion(executor_, particles(), model_.scene.gravity);
-    const std::vector<Vec3> x = places();
+    const std::vector<Vec3> x = positions_in_order();
     measure_constraints(on_host(executor_), model_, x, m);
     measure_tetrahedra(on_host(executor_), model_, x, m);
     for (const auto& pressure : pressures_) {
@@ -185,7 +190,7 @@ class TimeStepper : public Solver {
     }
     if (attachments_) m.elastic += attachments_->energy(x_.points(), time());
     if (handles_) m.elastic += handles_->energy(x);
-    if (own_) m.elastic += own_->energy(x_.points(), w_.data());
+    if (user_constraints_) m.elastic += user_constraints_->energy(x_.points(), w_.data());
     if (collider_) {
       m.contacts = collider_->contacts();
       m.penetration_max = collider_->max_penetration(particles(), time());
@@ -196,7 +201,7 @@ class TimeStepper : public Solver {
     return m;
   }
   StrainSample strains() const final {
-    StrainSample sample = sample_strains(on_host(executor_), model_, lengths_, places());
+    StrainSample sample = sample_strains(on_host(executor_), model_, lengths_, positions_in_order());
     if (long_range_) sample.beyond = long_range_->beyond(x_.points(), w_.data());
     return sample;
   }
@@ -206,19 +211,19 @@ class TimeStepper : public Solver {
     double lengths = facts_.attachments;
     for (const LengthRun& run : lengths_) lengths += run.count;
     if (!(lengths > 0)) return 0;
-    // In times of a projection: six a length sampled, and for a particle that may touch something twenty a substep.
-    // Launches alone take some thousands.
+    // Costs in units of one projection: six for a sampled length, and twenty per substep for a particle with contact
+    // tests. The launches alone cost some thousands.
     const double contacts = collider_ || self_ || edges_ ? 20.0 * solver.substeps * model_.count() : 0;
     const double step = static_cast<double>(facts_.projections_per_step) + lengths + contacts + 4000;
     return std::clamp(static_cast<int>(std::ceil(6 * lengths / (0.01 * step))), 1, 128);
   }
-  std::int64_t crossings() const final { return crossings_at(places()); }
+  std::int64_t crossings() const final { return crossings_at(positions_in_order()); }
 
  protected:
-  /// `threads`: of the executor. A method that needs no sweep lays out none.
+  /// `threads`: number of threads of the executor. `sweeps`: the method projects batches, and needs a Sweep.
   TimeStepper(const Model& model, const Executor& executor, int threads, bool sweeps)
-      : executor_(executor), model_(model), gravity_(norm(model.scene.gravity)), guard_(executor, model) {
-    facts_.layout_seconds = seconds([&] { lay_out_particles(); });
+      : executor_(executor), model_(model), gravity_(norm(model.scene.gravity)), energy_guard_(executor, model) {
+    facts_.layout_seconds = seconds([&] { allocate_particles(); });
     facts_.constraint_seconds = seconds([&] {
       if (sweeps) sweep_.emplace(executor, model, threads);
       for (const PressureSet& set : model.pressures) pressures_.emplace_back(executor, model, set);
@@ -226,12 +231,12 @@ class TimeStepper : public Solver {
     if (sweep_) facts_.colour_seconds = sweep_->facts().plan_seconds;
     facts_.layout_seconds += facts_.constraint_seconds - facts_.colour_seconds;
     if (model.long_range.items() > 0) long_range_.emplace(executor, model.long_range);
-    if (!model.free.empty()) free_.emplace(executor, model);
+    if (!model.free.empty()) momentum_corrector_.emplace(executor, model);
     if (!model.damped.empty()) damping_.emplace(executor, model.damped, model.scene.solver.substeps);
     if (!model.air.particle.empty()) air_.emplace(executor, model.air, *model.scene.wind);
     if (model.scene.sleep) sleeper_.emplace(executor, model);
-    if (!model.moved.empty()) moved_.emplace(executor, model), moved_->set_pinned(0, w_.data());
-    if (tears(model.scene)) breakable_.emplace(executor, breakable(model));
+    if (!model.moved.empty()) kinematic_pins_.emplace(executor, model), kinematic_pins_->set_pinned(0, w_.data());
+    if (tears(model.scene)) tear_limits_.emplace(executor, breakable(model));
     if (!model.attached.empty()) attachments_.emplace(executor, model);
     if (!model.environment.empty()) facts_.collision_seconds = seconds([&] { collider_.emplace(executor, model); });
     if (names_edges(model.scene)) facts_.collision_seconds += seconds([&] { edges_.emplace(executor, model); });
@@ -242,46 +247,48 @@ class TimeStepper : public Solver {
     note_facts();
   }
 
-  /// A step, awake.
+  /// One step of a scene that does not sleep.
   virtual void advance() { advance_from(0); }
 
-  /// From a substep on.
+  /// The substeps of a step from `first` on.
   void advance_from(int first) {
     const SolverSpec& solver = model_.scene.solver;
     const double h = solver.dt / solver.substeps;
-    const auto at = [&](int s) { return (steps_ + double(s) / solver.substeps) * solver.dt; };  // steps end alike
+    const auto at = [&](int s) {
+      return (steps_ + double(s) / solver.substeps) * solver.dt;
+    };  // the same times as at the ends of steps
     repeat_step("substeps", [&] {
       if (first == 0) start_step();
       for (int s = first; s < solver.substeps; ++s) {
-        if (moved_) timed(Pass::Pins, [&] { place_pins(at(s), at(s + 1)); });
+        if (kinematic_pins_) timed(Pass::Pins, [&] { place_pins(at(s), at(s + 1)); });
         if (attachments_ && attachments_->release(at(s))) keep_overlaps();
-        if (handles_) handles_->move(particles(), s);
+        if (handles_) handles_->place(particles(), s);
         substep_ = s;
         substep(time() + s * h, h);
         if (handles_) handles_->arrive(particles(), s);
-        if (moved_) timed(Pass::Pins, [&] { moved_->arrive(particles(), at(s), at(s + 1)); });
-        if (watched()) (*watcher_)(s + 1, at(s + 1));
+        if (kinematic_pins_) timed(Pass::Pins, [&] { kinematic_pins_->arrive(particles(), at(s), at(s + 1)); });
+        if (has_callback()) (*substep_callback_)(s + 1, at(s + 1));
       }
     });
-    if (!checks_finite_each_substep()) require_places();
+    if (!checks_finite_each_substep()) require_finite();
     restore_momenta();
     ++steps_;
   }
 
   void restore_momenta() {
-    const auto work = [&] { free_->give_back(particles(), can_fuse_passes()); };
-    if (free_) repeat_step("momenta", [&] { timed(Pass::Correction, work); });
+    const auto work = [&] { momentum_corrector_->restore_momenta(particles(), can_fuse_passes()); };
+    if (momentum_corrector_) repeat_step("momenta", [&] { timed(Pass::Correction, work); });
   }
 
-  /// Part of a step, recorded where all steps launch the same. What times its passes records none.
+  /// Runs a part of a step, recorded where all steps have the same launches. Executors that time passes do not record.
   template <class Work>
   void repeat_step(const std::string& part, const Work& work) {
-    if (is_timed(executor_) || !can_capture_step(model_) || has_external_constraints() || watched()) return work();
+    if (is_timed(executor_) || !can_capture_step(model_) || has_external_constraints() || has_callback()) return work();
     repeated(
         executor_, recorded_, [&] { return part + key_from(can_fuse_passes()) + steady_key(model_.scene); }, work);
   }
 
-  /// What the wind does to v: on faces, if air has a density, and on particles, if it drags them.
+  /// Applies the wind to v: forces on faces if the air has a density, and drag on particles.
   void apply_wind(double h) {
     if (air_) timed(Pass::Air, [&] { air_->apply_wind(particles(), h); });
     if (const auto& wind = model_.scene.wind; wind && wind->drag > 0)
@@ -290,13 +297,13 @@ class TimeStepper : public Solver {
       });
   }
 
-  /// What is looked up once a step.
+  /// Called at the start of a step.
   virtual void start_step() {}
-  /// v and p of a substep of h seconds, from what acts on the particles, the wind included.
+  /// Computes v and p of a substep of h seconds from the forces on the particles, wind included.
   virtual void predict(double h) = 0;
-  /// What happens between prediction and the first projection, contacts known.
+  /// Called between prediction and the first projection, after contact detection.
   virtual void correct(const Particles<R>& /*all*/) {}
-  /// At the start of a substep, all where it begins.
+  /// Called at the start of a substep, before particles move.
   virtual void start_pressures(const Particles<R>& all) {
     if (!pressures_.empty())
       timed(Pass::Pressure, [&] {
@@ -307,15 +314,15 @@ class TimeStepper : public Solver {
   virtual void press(const Particles<R>& all) {
     for (auto& pressure : pressures_) pressure.project(all.p, all.w);
   }
-  /// Throws Diverged where a substep of the step that ends has left a particle without a finite place.
-  virtual void require_places() {
-    timed(Pass::State, [&] { refuse(lost_.in_step()); });
+  /// Throws Diverged if a substep of the current step has left a particle without a finite position.
+  virtual void require_finite() {
+    timed(Pass::State, [&] { refuse(finite_check_.in_step()); });
   }
-  /// Whether what follows the prediction is done in it, up to the new state.
-  virtual bool predicts_the_state() const { return false; }
-  /// At the end of a substep of h seconds, unless the prediction does what follows.
+  /// Whether predict() does the whole substep, up to the new state.
+  virtual bool predict_does_substep() const { return false; }
+  /// Called at the end of a substep of h seconds, unless predict() does the whole substep.
   virtual void end_substep(double /*h*/) {}
-  /// Called after every iteration. True if the constraints are met within the tolerance, so that no other is needed.
+  /// Called after every iteration. True if the constraints are satisfied within the tolerance.
   virtual bool converged() { return false; }
   /// Called when gravity changes, for methods that cache it.
   virtual void on_gravity_changed() {}
@@ -324,15 +331,15 @@ class TimeStepper : public Solver {
 
   void substep(double start, double h) {
     const Particles<R> all = particles();
-    // Gravity is uniform: whether the rigid part of the motion is taken before or after it is the same.
+    // Gravity is uniform, so that damping may come before it: the rigid part of the motion has all of it.
     if (damping_) timed(Pass::Damping, [&] { damping_->damp(all); });
     predict(h);
-    if (predicts_the_state()) return;
-    const auto go_on = [&](const ActiveMask& asked) {
-      if (!edges_ && !free_ && solve_is_next(model_, facts_))
-        early_.begin(executor_, *sweep_, make_solve_pass(h, true), asked);
+    if (predict_does_substep()) return;
+    const auto solve_others = [&](const ActiveMask& queried) {
+      if (!edges_ && !momentum_corrector_ && solve_is_next(model_, facts_))
+        host_overlap_.begin(executor_, *sweep_, make_solve_pass(h, true), queried);
     };
-    if (collider_) timed(Pass::Collision, [&] { collider_->detect_contacts(all, start, start + h, go_on); });
+    if (collider_) timed(Pass::Collision, [&] { collider_->detect_contacts(all, start, start + h, solve_others); });
     if (self_) self_->start_substep();
     if (edges_) timed(Pass::Edges, [&] { edges_->detect_contacts(all, start, start + h); });
     correct(all);
@@ -343,45 +350,45 @@ class TimeStepper : public Solver {
         if (converged()) break;
       }
     if (collider_) timed(Pass::Collision, [&] { collider_->clamp_tunnelling(all); });
-    apply_final_guards(all);
+    truncate_motion(all);
     if (self_) timed(Pass::SelfCollision, [&] { self_->note_truncation(all, bool(collider_)); });
     timed(Pass::State, [&] {
-      lost_.update(executor_, all, h, substep_);
-      if (checks_finite_each_substep()) refuse(lost_.in(substep_));
+      finite_check_.update(executor_, all, h, substep_);
+      if (checks_finite_each_substep()) refuse(finite_check_.in(substep_));
     });
-    if (collider_) bounce(all, h);
+    if (collider_) apply_restitution(all, h);
     if (self_) timed(Pass::SelfCollision, [&] { self_->end_substep(all, h, max_object_speed_); });
     if (edges_) timed(Pass::Edges, [&] { edges_->end_substep(all); });
     end_substep(h);
   }
 
-  void apply_final_guards(const Particles<R>& all) {
+  void truncate_motion(const Particles<R>& all) {
     malha::apply_final_guards(self_, edges_, collider_, kinematic_, all,
-                              [&](Pass pass, const auto& work) { timed(pass, work); });
+                      [&](Pass pass, const auto& work) { timed(pass, work); });
   }
-  /// Restitution: what bounces moves on from where the substep ended, and that motion is guarded against intersections
-  /// too.
-  void bounce(const Particles<R>& all, double h) {
+  /// Restitution moves particles again after the substep; that motion is guarded against intersections too.
+  void apply_restitution(const Particles<R>& all, double h) {
     timed(Pass::Contact, [&] { collider_->restitute(all, 2 * h * gravity_, h); });
     if (!collider_->bounces()) return;
-    if (self_ || edges_) collider_->end_motion(), apply_final_guards(all);
-    timed(Pass::State, [&] { parallel_for(executor_, all.count, CommitPositions<R>{all.p}); });
+    if (self_ || edges_) collider_->end_motion(), truncate_motion(all);
+    timed(Pass::State, [&] { parallel_for(executor_, all.count, AdvanceAll<R>{all.p}); });
   }
 
-  /// Pins whose time is over let go, and nothing that they pressed together is shot apart.
+  /// Moves kinematic pins and releases those whose time is over. Overlaps that released pins caused are kept, so that
+  /// contacts do not throw them apart.
   void place_pins(double start, double end) {
-    const int before = pins_let_go();
-    moved_->move(particles(), w_.data(), start, end);
-    if (pins_let_go() > before) keep_overlaps();
+    const int before = released_pin_sets();
+    kinematic_pins_->place(particles(), w_.data(), start, end);
+    if (released_pin_sets() > before) keep_overlaps();
   }
   void keep_overlaps() {
     if (self_) self_->keep_overlaps();
     if (edges_) edges_->keep_overlaps();
     if (collider_) collider_->keep_overlaps();
   }
-  int pins_let_go() const { return moved_ ? moved_->released() : 0; }
-  /// Now, 1/kg, in the solver's order: 0 where particles are held.
-  std::vector<double> weights_in_order() const {
+  int released_pin_sets() const { return kinematic_pins_ ? kinematic_pins_->released() : 0; }
+  /// Present inverse masses, 1/kg, in the solver's order: 0 for pinned particles.
+  std::vector<double> inverse_masses_in_order() const {
     const std::vector<R> w = w_.download();
     return {w.begin(), w.begin() + model_.count()};
   }
@@ -389,52 +396,54 @@ class TimeStepper : public Solver {
   Particles<R> particles() const {
     return {model_.count(), x_.points(), v_.points(), {x_.points(), d_.points(), low_.points()}, w_.data()};
   }
-  /// In the solver's order, with what x lacks of them.
-  std::vector<Vec3> places() const {
+  /// Positions in the solver's order, x and low together.
+  std::vector<Vec3> positions_in_order() const {
     std::vector<Vec3> all = x_.download();
-    if constexpr (kCarries<R>) {
+    if constexpr (kCompensated<R>) {
       const std::vector<Vec3> low = low_.download();
       for (std::size_t i = 0; i < all.size(); ++i)
         for (int k = 0; k < 3; ++k) all[i][k] += low[i][k];
     }
     return all;
   }
-  SolvePatch<R> visit(double h) const { return sweep_->visit(particles(), h, to_R(model_.scene.gravity)); }
-  /// Where other passes come between, visits neither predict nor update.
+  SolvePatch<R> make_solve(double h) const { return sweep_->make_solve(particles(), h, to_R(model_.scene.gravity)); }
+  /// A patch solve between other passes: it neither predicts nor updates.
   SolvePatch<R> make_solve_pass(double h, bool first_iteration) const {
-    SolvePatch<R> between = visit(h);
-    between.first_iteration = first_iteration;
-    return between;
+    SolvePatch<R> pass = make_solve(h);
+    pass.first_iteration = first_iteration;
+    return pass;
   }
-  Vec3 place_of(std::size_t i) const {
-    Vec3 place = x_.get(i);
-    if constexpr (kCarries<R>)
-      for (int k = 0; k < 3; ++k) place[k] += low_.get(i)[k];
-    return place;
+  Vec3 position_of(std::size_t i) const {
+    Vec3 position = x_.get(i);
+    if constexpr (kCompensated<R>)
+      for (int k = 0; k < 3; ++k) position[k] += low_.get(i)[k];
+    return position;
   }
-  void put(std::size_t i, const Vec3& place) {
-    x_.set(i, place), d_.set(i, {0, 0, 0});
-    if constexpr (kCarries<R>) low_.set(i, minus(place, x_.get(i)));
+  void set_position(std::size_t i, const Vec3& position) {
+    x_.set(i, position), d_.set(i, {0, 0, 0});
+    if constexpr (kCompensated<R>) low_.set(i, minus(position, x_.get(i)));
   }
-  /// Without -0, which packs do not keep either.
+  /// -0 becomes 0, as in packs.
   static Vector3<R> to_R(const Vec3& a) { return {R(a[0] + 0), R(a[1] + 0), R(a[2] + 0)}; }
 
-  bool runs_fused() const { return can_fuse_passes() && !has_external_constraints() && !watched(); }
-  /// Whether constraints of batches alone change momenta between the prediction and the new state: Desbrun's filter is
-  /// part of the prediction. Of long range the model may have let go.
+  /// Whether the next step is fused.
+  bool runs_fused() const { return can_fuse_passes() && !has_external_constraints() && !has_callback(); }
+  /// Whether batched constraints are the only pass between prediction and state update, so that patch solves can do all
+  /// three. Desbrun's filter is part of the prediction. (The model's list of tethers may have been released from
+  /// memory: long_range_ tells.)
   bool can_fuse_passes() const {
     return model_.scene.solver.type == "pbd" && !long_range_ && has_no_mid_step_passes(model_);
   }
   bool has_handles() const { return handles_ && !handles_->empty(); }
-  /// By hand or by constraints of the caller's own, of which what was laid out knows nothing.
-  bool has_external_constraints() const { return has_handles() || own_; }
-  bool watched() const { return watcher_ != nullptr; }
+  /// Whether handles or user constraints act, which the layout does not contain.
+  bool has_external_constraints() const { return has_handles() || user_constraints_; }
+  bool has_callback() const { return substep_callback_ != nullptr; }
 
-  /// Refuses an explosion that is finite still. `now`: at whatever step this is.
-  void guard(bool now = false) {
+  /// Throws Diverged if the energy has exploded, finite or not. `now`: checks at this step, whichever it is.
+  void check_energy(bool now = false) {
     timed(model_.scene.solver.type == "pbd" && runs_fused() ? Pass::FusedSolve : Pass::State, [&] {
-      const auto wrong = guard_.watch(
-          particles(), steps_, [&] { return places(); }, [&] { return v_.download(); }, now);
+      const auto wrong = energy_guard_.check(
+          particles(), steps_, [&] { return positions_in_order(); }, [&] { return v_.download(); }, now);
       if (wrong)
         throw Diverged("step " + std::to_string(steps_) + " (t = " + std::to_string(time()) + " s): " + *wrong);
     });
@@ -442,14 +451,16 @@ class TimeStepper : public Solver {
 
   /// True if a pass inside the substep cannot handle NaN positions. Otherwise the check waits until the end of the
   /// step.
-  bool checks_finite_each_substep() const { return collider_ || self_ || edges_ || own_ || watched(); }
-  void refuse(const std::optional<int>& lost) const {
-    if (lost) refuse_lost(model_.user_index[*lost]);
+  bool checks_finite_each_substep() const {
+    return collider_ || self_ || edges_ || user_constraints_ || has_callback();
+  }
+  void refuse(const std::optional<int>& non_finite) const {
+    if (non_finite) refuse_non_finite(model_.user_index[*non_finite]);
   }
   /// `lost`: a particle that is no longer finite, by the user's number.
-  [[noreturn]] void refuse_lost(int lost) const {
+  [[noreturn]] void refuse_non_finite(int non_finite) const {
     throw Diverged("step " + std::to_string(steps_ + 1) + " (t = " + std::to_string(time()) +
-                   " s): " + particle_name(model_, lost) + " has no finite position any more");
+                   " s): " + particle_name(model_, non_finite) + " has no finite position any more");
   }
 
   void note_collision() {
@@ -467,11 +478,11 @@ class TimeStepper : public Solver {
 
   Executor executor_;
   const Model& model_;
-  double gravity_, max_object_speed_ = 0;    // m/s^2; m/s: the fastest that objects move
+  double gravity_, max_object_speed_ = 0;    // m/s^2; m/s, of moving environment objects
   PointArray<Executor, R> x_, v_, d_, low_;  // see Particles
   std::optional<Sweep<Executor, R>> sweep_;
   std::vector<Pressure<Executor, R>> pressures_;
-  std::optional<FreeBodies<Executor, R>> free_;
+  std::optional<MomentumCorrector<Executor, R>> momentum_corrector_;
   std::optional<EnvironmentCollider<Executor, R>> collider_;
   std::optional<EdgeCollider<Executor, R>> edges_;
   std::int64_t steps_ = 0;
@@ -481,11 +492,11 @@ class TimeStepper : public Solver {
  private:
   void exclude_from_momentum_correction() {
     std::vector<int> all = handles_ ? handles_->particles() : std::vector<int>{};
-    if (own_) std::ranges::copy(own_->particles(), std::back_inserter(all));
-    if (free_) free_->leave_out(all);
+    if (user_constraints_) std::ranges::copy(user_constraints_->particles(), std::back_inserter(all));
+    if (momentum_corrector_) momentum_corrector_->exclude(all);
   }
 
-  /// Of the present state, which several ask for: counted once.
+  /// Number of intersections in the present state, cached for several callers.
   std::int64_t crossings_at(const std::vector<Vec3>& x) const {
     if (crossings_step_ != steps_) {
       crossings_ =
@@ -495,26 +506,26 @@ class TimeStepper : public Solver {
     return crossings_;
   }
 
-  void lay_out_particles() {
+  void allocate_particles() {
     x_ = PointArray<Executor, R>(model_.x), v_ = PointArray<Executor, R>(model_.v);
     d_ = PointArray<Executor, R>(model_.x.size());
-    if constexpr (kCarries<R>) {
+    if constexpr (kCompensated<R>) {
       State<R> start;
-      put_places(model_.x, start);
+      set_positions(model_.x, start);
       low_ = PointArray<Executor, R>(model_.x.size()), low_.upload(start.low);
     }
     std::vector<R> w(model_.w.begin(), model_.w.end());
-    w.resize(w.size() + kSlotPack);  // a pack that starts at the last particle stays inside
+    w.resize(w.size() + kSlotPack);  // so that a pack may start at the last particle
     w_ = Array<Executor, R>(w);
   }
   State<R> state() const {
     State<R> now{steps_, x_.template download<std::array<R, 3>>(), v_.template download<std::array<R, 3>>()};
-    if constexpr (kCarries<R>) now.low = low_.template download<std::array<R, 3>>();
+    if constexpr (kCompensated<R>) now.low = low_.template download<std::array<R, 3>>();
     return now;
   }
 
-  /// With what the next step needs beside it, but for contacts.
-  State<R> remembered() const {
+  /// The state with everything that the next step needs, except contacts.
+  State<R> state_to_save() const {
     State<R> all = state();
     if (sleeper_) all.rest = sleeper_->save_state();
     if (self_) all.self = self_->save_state();
@@ -531,17 +542,20 @@ class TimeStepper : public Solver {
     return load_state<R>(bytes, sizes, collider_ ? collider_->triangles() : std::vector<int>{}, file);
   }
 
-  /// Contacts last: what leaves the iteration is outside the environment.
+  /// One iteration. Contacts come last, so that particles are outside the environment after it.
   void project(const Particles<R>& all, double start, double h, bool first_iteration) {
-    if (free_ && !can_fuse_passes()) timed(Pass::Correction, [&] { free_->before_projection(all, h); });
+    if (momentum_corrector_ && !can_fuse_passes())
+      timed(Pass::Correction, [&] { momentum_corrector_->before_projection(all, h); });
     if (!model_.sets.empty())
-      timed(Pass::Projection, [&] { early_.go_on(*sweep_, make_solve_pass(h, first_iteration)); });
+      timed(Pass::Projection, [&] { host_overlap_.finish(*sweep_, make_solve_pass(h, first_iteration)); });
     if (!pressures_.empty()) timed(Pass::Pressure, [&] { press(all); });
-    if (free_ && !can_fuse_passes()) timed(Pass::Correction, [&] { free_->after_projection(all, h); });
+    if (momentum_corrector_ && !can_fuse_passes())
+      timed(Pass::Correction, [&] { momentum_corrector_->after_projection(all, h); });
     if (long_range_) timed(Pass::LongRange, [&] { long_range_->project(all.p, all.w); });
     if (attachments_)
       timed(Pass::Attachments, [&] { attachments_->project(all.p, all.w, start, start + h, first_iteration); });
-    if (own_) timed(Pass::UserConstraints, [&] { own_->project(all.p, all.w, first_iteration); });
+    if (user_constraints_)
+      timed(Pass::UserConstraints, [&] { user_constraints_->project(all.p, all.w, first_iteration); });
     if (has_handles()) timed(Pass::Attachments, [&] { handles_->project(all.p, all.w, first_iteration); });
     if (self_) timed(Pass::SelfCollision, [&] { self_->solve_contacts(all); });
     if (edges_) timed(Pass::Edges, [&] { edges_->solve_contacts(all); });
@@ -549,9 +563,9 @@ class TimeStepper : public Solver {
   }
 
   void note_facts() {
-    facts_.particle_bytes = x_.bytes() + v_.bytes() + d_.bytes() + low_.bytes() + w_.bytes() + bytes_of(moved_) +
-                            bytes_of(free_) + bytes_of(damping_);
-    facts_.constraint_bytes += bytes_of(breakable_) + bytes_of(attachments_);
+    facts_.particle_bytes = x_.bytes() + v_.bytes() + d_.bytes() + low_.bytes() + w_.bytes() +
+                            bytes_of(kinematic_pins_) + bytes_of(momentum_corrector_) + bytes_of(damping_);
+    facts_.constraint_bytes += bytes_of(tear_limits_) + bytes_of(attachments_);
     facts_.air_bytes = bytes_of(air_), facts_.long_range_bytes = bytes_of(long_range_);
     for_each_isa([&]<class Isa>(Isa) {
       if (executor_.instructions == Isa::value) facts_.instructions = Isa::name;
@@ -562,33 +576,33 @@ class TimeStepper : public Solver {
     facts_.air_particles = static_cast<int>(model_.air.particle.size());
     std::int64_t projections = static_cast<std::int64_t>(pressures_.size()) + facts_.attachments;
     for (const SetStats& set : facts_.sets)
-      facts_.constraint_bytes += set.bytes, projections += kThereAndBack * std::int64_t{set.constraints};
+      facts_.constraint_bytes += set.bytes, projections += kSweepsPerIteration * std::int64_t{set.constraints};
     for (const auto& pressure : pressures_) facts_.constraint_bytes += pressure.bytes();
     facts_.pressure_launches = 4 * pressures_.size(), facts_.pressure_starts = 3 * pressures_.size();
     note_collision();
     facts_.projections_per_step = projections * model_.scene.solver.substeps * model_.scene.solver.iterations;
   }
 
-  const SubstepCallback* watcher_ = nullptr;  // of this step; null: none
+  const SubstepCallback* substep_callback_ = nullptr;  // during a step; null: none
   Array<Executor, R> w_;
   std::optional<Damping<Executor, R>> damping_;
   std::vector<LengthRun> lengths_ = length_runs(model_);
-  FiniteCheck<Executor> lost_{model_.scene.solver.substeps};
-  EarlyVisits<Executor, R> early_;
-  EnergyGuard<Executor, R> guard_;
+  FiniteCheck<Executor> finite_check_{model_.scene.solver.substeps};
+  OverlapHostQueries<Executor, R> host_overlap_;
+  EnergyGuard<Executor, R> energy_guard_;
   Recording<Executor> recorded_;  // parts of steps
   std::optional<LongRange<Executor, R>> long_range_;
-  std::optional<KinematicPins<Executor, R>> moved_;
+  std::optional<KinematicPins<Executor, R>> kinematic_pins_;
   std::optional<Attachments<Executor, R>> attachments_;
   std::optional<ParticleHandles<Executor, R>> handles_;
-  std::optional<UserConstraints<Executor, R>> own_;
-  std::optional<Limits<Executor, R>> breakable_;  // edges that tear
+  std::optional<UserConstraints<Executor, R>> user_constraints_;
+  std::optional<LengthLimits<Executor, R>> tear_limits_;  // edges that tear
   std::optional<Air<Executor, R>> air_;
   std::optional<Sleeper<Executor, R>> sleeper_;
   std::optional<SelfCollider<Executor, R>> self_;
   std::optional<KinematicParticles<Executor, R>> kinematic_;  // with self_ and collider_
   std::array<double, kPassNames.size()> seconds_{};
-  mutable std::int64_t crossings_step_ = -1, crossings_ = 0;  // the step of which they were counted, and how many
+  mutable std::int64_t crossings_step_ = -1, crossings_ = 0;  // the step of the last count, and its result
 };
 
 }  // namespace malha

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where make_solver is to run instead, for tests: the same scenes and the same expectations on another executor.
+// Hook for tests: makes make_solver() use another executor, with the same scenes and expectations.
 #pragma once
 #include <memory>
 
@@ -7,7 +7,7 @@
 
 namespace malha {
 
-/// Null: on the host.
-inline std::unique_ptr<Solver> (*make_elsewhere)(const Model& model, int threads) = nullptr;
+/// Null: make_solver() uses the host.
+inline std::unique_ptr<Solver> (*make_solver_hook)(const Model& model, int threads) = nullptr;
 
 }  // namespace malha

@@ -17,7 +17,7 @@ struct MoveToTarget {
   Pose end;
   KERNEL void operator()(int k) const {
     const int i = list[k];
-    particles.p.d.set(i, rounded<R>(to_world(end, start[k]) - particles.p.start(i)));
+    particles.p.d.set(i, rounded<R>(to_world(end, start[k]) - particles.p.exact_start(i)));
     particles.v.set(list[k], {R(0), R(0), R(0)});
   }
 };
@@ -31,7 +31,7 @@ struct ArriveAtTarget {
   Pose before, end;
   double per_dt;  // 1/s
   KERNEL void operator()(int k) const {
-    particles.p.put(list[k], to_world(end, start[k]));
+    particles.p.set_start(list[k], to_world(end, start[k]));
     particles.v.set(list[k], rounded<R>((to_world(end, start[k]) - to_world(before, start[k])) * per_dt));
   }
 };
@@ -61,13 +61,13 @@ struct SolveAttachment {
   KERNEL void operator()(int k) const {
     const int i = list[k];
     if (!(w[i] > R(0))) return;
-    const Vector3<R> C = rounded<R>(p.exact(i) - to_world(pose, anchor[k]));
+    const Vector3<R> C = rounded<R>(p.exact_position(i) - to_world(pose, anchor[k]));
     const Vector3<R> total = lambda && !first_iteration ? lambda[k] : Vector3<R>{R(0), R(0), R(0)};
     const R per = share / (w[i] + compliance);
     const Vector3<R> change{(-C.x - compliance * total.x) * per, (-C.y - compliance * total.y) * per,
                             (-C.z - compliance * total.z) * per};
     if (lambda) lambda[k] = total + change;
-    p.add(i, change * w[i]);
+    p.add_displacement(i, change * w[i]);
   }
 };
 

@@ -45,7 +45,7 @@ struct LimitTethers {
 
  private:
   /// Vector from the pin to the particle where the substep began; after(): with this displacement of the particle.
-  KERNEL Vector3<R> at_start(int i, int k) const { return p.between_at_start(i, tethers.anchor[k]); }
+  KERNEL Vector3<R> at_start(int i, int k) const { return p.start_difference(i, tethers.anchor[k]); }
   KERNEL Vector3<R> after(int i, int k, const Vector3<R>& displacement) const {
     return at_start(i, k) + (displacement - p.d[tethers.anchor[k]]);
   }
@@ -66,7 +66,7 @@ struct LimitTethers {
     const R per = start2 > R(0) ? R(1) / sqrt(start2) : R(0), along = cross * per;
     const Vector3<R> perpendicular = d - start * (per * along);
     const R half_chord2 = r * r - dot(perpendicular, perpendicular);  // by a right triangle
-    if (cross > R(0) && half_chord2 > R(0) && along - sqrt(half_chord2) <= R(kSmall) * r)
+    if (cross > R(0) && half_chord2 > R(0) && along - sqrt(half_chord2) <= R(kMaxStartCorrection) * r)
       displacement = displacement - start * (per * (along - sqrt(half_chord2)));
     else
       displacement = displacement + d * (r / sqrt(d2) - R(1));

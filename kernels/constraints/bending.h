@@ -19,13 +19,13 @@ struct Bending {
   using Stencil = IsometricBending::Stencil;
   static constexpr Degenerate degenerate = Degenerate::Skipped;
   static constexpr int numbers = 2;
-  static constexpr double turns = 0.97;
-  static constexpr int per_reach = 1;
+  static constexpr double min_turn_cosine = 0.97;
+  static constexpr int per_max_step = 1;
   static constexpr Parameter parameter{"rest_scale", 1, 0, true};
 
-  /// theta0, rad: the angle at rest times rest_scale (0: flat). 1 / reach, 1/m, of the smaller height over the edge: a
-  /// straight step turns a corner about the edge as long as it is short beside that. (At rest, because a straight step
-  /// also stretches the triangles, and a share of what is stretched would grow with it.)
+  /// theta0, rad: the angle at rest times rest_scale (0: flat). 1 / max step, 1/m, from the smaller height over the
+  /// edge: a straight step approximates a rotation about the edge if it is short beside that. (The height is that at
+  /// rest, because a straight step also stretches the triangles, and a bound by the current height would grow with it.)
   template <class S>
   KERNEL static void rest(const Vector3<S> (&X)[4], S rest_scale, S (&rest)[2]) {
     using R = typename RealOf<S>::type;
@@ -36,11 +36,12 @@ struct Bending {
     rest[0] = evaluate(X, rest, true, grad, scale) * rest_scale;
     const Vector3<S> e = X[1] - X[0], n1 = cross(e, X[2] - X[0]), n2 = cross(e, X[3] - X[0]);
     const S a1 = dot(n1, n1), a2 = dot(n2, n2), e2 = dot(e, e);
-    rest[1] = per_reach_of(sqrt(select(a1 < a2, a1, a2) / select(e2 > zero, e2, one)));
+    rest[1] = per_max_step_of(sqrt(select(a1 < a2, a1, a2) / select(e2 > zero, e2, one)));
   }
 
   template <class S, class Mask>
-  KERNEL static S evaluate(const Vector3<S> (&p)[4], const S* rest, const Mask& held, Vector3<S> (&grad)[4], S& scale) {
+  KERNEL static S evaluate(const Vector3<S> (&p)[4], const S* rest, const Mask& valid, Vector3<S> (&grad)[4],
+                           S& scale) {
     using R = typename RealOf<S>::type;
     const S zero(R(0)), one(R(1));
     scale = one;
@@ -49,10 +50,10 @@ struct Bending {
     const Vector3<S> from0to3 = p[3] - p[0], from1to3 = p[3] - p[1];
     const Vector3<S> n1 = cross(e, from0to2), n2 = cross(from0to3, e);
     const S e2 = dot(e, e), a1 = dot(n1, n1), a2 = dot(n2, n2);
-    // A triangle without area has no normal: a zero gradient skips it. Areas are compared with the edge,
-    // not in m^4.
+    // A triangle without area has no normal, and a zero gradient skips it. Areas are compared with the edge, whatever
+    // the scale.
     const S sliver = e2 * e2 * S(R(1e-12));
-    const auto whole = (select(a1 < a2, a1, a2) > max(sliver, S(tiny<R>()))) & held;
+    const auto whole = (select(a1 < a2, a1, a2) > max(sliver, S(tiny<R>()))) & valid;
     const S length = sqrt(select(whole, e2, one));
     const S u1 = one / select(whole, a1, one), u2 = one / select(whole, a2, one);
     const Vector3<S> m1 = n1 * u1, m2 = n2 * u2;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The registry: one include and one name a constraint. Colouring, batching, scenes, reports and tests iterate it.
+// Registry of constraint kinds, with an include and a name for each. Colouring, batching, scenes, reports and tests
+// iterate over it.
 #pragma once
 #include <type_traits>
 
@@ -30,15 +31,15 @@ KERNEL void for_each_constraint(F&& f) {
   for_each_constraint(static_cast<F&&>(f), ConstraintKinds{});
 }
 
-/// The place of a kind in a list: what kernels know it by. -1: it is not there.
+/// Index of a kind in a list, by which kernels identify it; -1: not in the list.
 template <class Kind, ConstraintKind... Kinds>
-constexpr int number_of(KindList<Kinds...>) {
+constexpr int kind_index(KindList<Kinds...>) {
   int number = -1, next = 0;
   ((std::is_same_v<Kind, Kinds> ? void(number = next++) : void(++next)), ...);
   return number;
 }
 
-/// Calls f(Kind{}) for the kind of this name, if it is one of them. The host knows kinds by their names.
+/// Calls f(Kind{}) for the kind of this name, if it is in the list. The host identifies kinds by their names.
 template <class Name, class F, class Kinds = ConstraintKinds>
 void with_kind(const Name& name, const F& f, Kinds kinds = {}) {
   for_each_constraint(

@@ -24,10 +24,11 @@ struct Distance {
     rest[0] = sqrt(dot(d, d)) * rest_scale;
   }
 
-  /// C and its gradients times |p0 - p1|: no division. Coincident points have no direction, and a zero gradient.
+  /// C and its gradients times |p0 - p1|, without division. Coincident points have no direction, and a zero gradient.
   template <class S, class Mask>
-  KERNEL static S evaluate(const Vector3<S> (&p)[2], const S* rest, const Mask& held, Vector3<S> (&grad)[2], S& scale) {
-    grad[0] = or_zero(held, p[0] - p[1]);
+  KERNEL static S evaluate(const Vector3<S> (&p)[2], const S* rest, const Mask& valid, Vector3<S> (&grad)[2],
+                           S& scale) {
+    grad[0] = or_zero(valid, p[0] - p[1]);
     grad[1] = -grad[0];
     scale = sqrt(dot(grad[0], grad[0]));
     return scale * (scale - rest[0]);

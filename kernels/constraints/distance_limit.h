@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // distance_limit: C = (1 + tau) l - |p0 - p1| >= 0, Provot's elongation limit (Graphics Interface 1995) as an
-// inequality: it acts on what is stretched beyond the limit, and on nothing else.
+// inequality: it acts only on edges that are stretched beyond the limit.
 #pragma once
 #include "kernels/constraints/distance.h"
 
@@ -25,8 +25,9 @@ struct DistanceLimit {
   }
 
   template <class S, class Mask>
-  KERNEL static S evaluate(const Vector3<S> (&p)[2], const S* rest, const Mask& held, Vector3<S> (&grad)[2], S& scale) {
-    const S excess = Distance::evaluate(p, rest, held, grad, scale);
+  KERNEL static S evaluate(const Vector3<S> (&p)[2], const S* rest, const Mask& valid, Vector3<S> (&grad)[2],
+                           S& scale) {
+    const S excess = Distance::evaluate(p, rest, valid, grad, scale);
     grad[0] = -grad[0], grad[1] = -grad[1];
     return -excess;
   }

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// isometric_bending: C = +-|sum K_j p_j| -+ |sum K_j X_j| over the four particles of a hinge, K its cotangent weights
-// at rest over the edge: the fold's vector, 2 sin(theta / 2) long, with the sign of the side to which it folds, so that
-// what is curved at rest does not rest when it is snapped through. Where the fold is small that is the angle, so that a
-// compliance or rigidity means what it means for bending. Quadratic in the positions where flat at rest, and no
-// triangle of the moment can degenerate it. Meant for sheets that hardly stretch (Bergou et al. 2006, section 4).
+// isometric_bending: C = +-|sum K_j p_j| -+ |sum K_j X_j| over the four particles of a hinge, with K its cotangent
+// weights at rest over the edge: the length 2 sin(theta / 2) of the fold vector, with the sign of the side to which it
+// folds, so that a hinge that is curved at rest has no second rest shape on the other side. For small folds this is the
+// angle, so that a compliance or rigidity means the same as for bending. The energy of a hinge that is flat at rest is
+// quadratic in the positions, and no current triangle can make it degenerate. Meant for nearly inextensible sheets
+// (Bergou et al. 2006, section 4).
 #pragma once
 #include "kernels/projection/project_constraint.h"
 
@@ -20,10 +21,10 @@ struct IsometricBending {
   static constexpr Degenerate degenerate = Degenerate::Projected;
   static constexpr int numbers = 4;
   static constexpr Parameter parameter{"rest_scale", 1, 0, true};
-  static constexpr double turns = 0.97;
+  static constexpr double min_turn_cosine = 0.97;
 
-  /// The vector's length at rest with its side's sign, times rest_scale (0: flat), and K_0 to K_2, 1/m; K_3 makes their
-  /// sum 0. A hinge of which a triangle has no area has none.
+  /// The signed length of the fold vector at rest times rest_scale (0: flat), and K_0 to K_2, 1/m; K_3 is minus their
+  /// sum. All are 0 for a hinge with a triangle without area.
   template <class S>
   KERNEL static void rest(const Vector3<S> (&X)[4], S rest_scale, S (&rest)[4]) {
     using R = typename RealOf<S>::type;
@@ -38,25 +39,26 @@ struct IsometricBending {
     rest[0] = zero;
     rest[1] = select(whole, at1, zero), rest[2] = select(whole, at0, zero), rest[3] = select(whole, -e2 * u1, zero);
     const Vector3<S> fold = fold_of(X, rest);
-    const S folded = sqrt(dot(fold, fold));  // of a flat hinge, the rounding of its weights
+    const S folded = sqrt(dot(fold, fold));  // for a flat hinge, the rounding error of its weights
     rest[0] = select(folded > S(R(1e-9)), folded * side_of(X, rest, fold) * rest_scale, zero);
   }
 
   /// C and its gradients times |sum K_j p_j|, as Distance does.
   template <class S, class Mask>
-  KERNEL static S evaluate(const Vector3<S> (&p)[4], const S* rest, const Mask& held, Vector3<S> (&grad)[4], S& scale) {
+  KERNEL static S evaluate(const Vector3<S> (&p)[4], const S* rest, const Mask& valid, Vector3<S> (&grad)[4],
+                           S& scale) {
     using R = typename RealOf<S>::type;
-    const Vector3<S> fold = or_zero(held, fold_of(p, rest));
-    // What is flat at rest has no side, and its multiplier one sign.
+    const Vector3<S> fold = or_zero(valid, fold_of(p, rest));
+    // A hinge that is flat at rest has no side, and a multiplier of one sign.
     const S flat(R(0)), side = select(rest[0] == flat, S(R(1)), side_of(p, rest, fold));
-    for (int j = 0; j < 3; ++j) grad[j] = or_zero(held, fold * (rest[1 + j] * side));
+    for (int j = 0; j < 3; ++j) grad[j] = or_zero(valid, fold * (rest[1 + j] * side));
     grad[3] = -(grad[0] + grad[1] + grad[2]);
     scale = sqrt(dot(fold, fold));
     return scale * (scale * side - rest[0]);
   }
 
-  /// The filter sees the fold's vector, drawn to its length at rest. Both bendings are this to it: near rest they store
-  /// the same energy, of which this is the one with a constant Hessian.
+  /// In the filter both bending kinds are the fold vector, pulled to its length at rest: near rest they have the same
+  /// energy, of which this is the form with a constant Hessian.
   struct Stencil {
     static constexpr int vectors = 1, numbers = 1;
     template <class S>
@@ -72,10 +74,10 @@ struct IsometricBending {
       const S zero(typename RealOf<S>::type(0)), one(typename RealOf<S>::type(1)), length = sqrt(dot(f[0], f[0]));
       d[0] = f[0] * select(length > zero, own[0] / select(length > zero, length, one), zero);
     }
-    /// The harmonic mean of the wings' heights over the edge: it turns the push of a spring between them to a turn of
-    /// the hinge. Flat triangles have weights of any size, with which a corner would be held stiffer than by any
-    /// spring, and the filter's matrix lose all others' digits: no weight times the lever is more than 4, twice that of
-    /// a grid.
+    /// The harmonic mean of the wings' heights over the edge, which converts the force of a spring between them to a
+    /// moment about the hinge. Weights of flat triangles are unbounded; such a corner would be stiffer than any spring,
+    /// and the filter's matrix would lose the digits of all others: weights times the lever are limited to 4, twice
+    /// that of a grid.
     KERNEL static double lever(const Vector3<double> (&X)[4]) {
       const Vector3<double> e = X[1] - X[0], n1 = cross(e, X[2] - X[0]), n2 = cross(e, X[3] - X[0]);
       const double length = sqrt(dot(e, e)), a1 = sqrt(dot(n1, n1)), a2 = sqrt(dot(n2, n2)), sum = a1 + a2;
@@ -95,9 +97,9 @@ struct IsometricBending {
     return (p[0] - p[3]) * rest[1] + (p[1] - p[3]) * rest[2] + (p[2] - p[3]) * rest[3];
   }
 
-  /// 1 or -1: whether the fold lies along the sum of both triangles' normals, e x (r_2 / h_2 - r_3 / h_3) with the
-  /// wings r over the edge and their heights at rest, h_j = -1 / K_j, or against it. What is stretched in its plane has
-  /// a fold there too, which has no side: within 120 degrees of that at rest counts as on its side.
+  /// The sign of the fold along the sum of both triangles' normals, e x (r_2 / h_2 - r_3 / h_3), with the wings r over
+  /// the edge and their heights at rest, h_j = -1 / K_j. Stretch in the plane also gives a fold vector, which has no
+  /// side: within 120 degrees of the side at rest it counts as on that side.
   template <class S>
   KERNEL static S side_of(const Vector3<S> (&p)[4], const S* rest, const Vector3<S>& fold) {
     using R = typename RealOf<S>::type;

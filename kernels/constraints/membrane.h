@@ -3,10 +3,11 @@
 // linear in its stretch S = R^T F (Biot's strain S - 1), which is free of rotation. F = (f1 f2), 3 x 2, the deformation
 // gradient, and R = (r1 r2) the rotation nearest to it. Energy, with A the area at rest:
 //   U = A Y / (1 - nu^2) / 2 ((1 + nu)/2 a^2 + (1 - nu)/2 (b^2 + c^2)), a = S11 + S22 - 2, b = S11 - S22, c = 2 S12,
-// that of plane stress. It is half of Y times the squares of three constraints, all of compliance 1/Y, met at once:
+// that of plane stress. It is half of Y times the squares of three constraints, all of compliance 1/Y, which are
+// projected together:
 //   C = (k_a a, k_b b, k_b c), k_a^2 = A / (2 (1 - nu)), k_b^2 = A / (2 (1 + nu)).
-// Their gradients depend on F/|F| alone and are bounded, however a triangle is crushed or stretched. In space a
-// triangle has no inside: turned over it is only turned.
+// Their gradients depend on F/|F| alone and are bounded, however a triangle is crushed or stretched. A triangle in
+// space cannot be inverted: turned over it is only rotated.
 #pragma once
 #include "kernels/projection/block_solve.h"
 #include "kernels/projection/project_constraint.h"
@@ -25,13 +26,13 @@ struct Membrane {
   static constexpr int numbers = 5;
   static constexpr int multipliers = 3;
   static constexpr Parameter parameter{"poisson_ratio", 0.3, 0, true,
-                                       0.95};  // there area is 39 times as stiff as shape
+                                       0.95};  // at which area is 39 times as stiff as shape
 
-  /// Of the constraints, of Y (N/m).
+  /// Compliance of the constraints, from Y (N/m).
   KERNEL static double compliance(double Y, double) { return 1 / Y; }
 
-  /// Q = Dm^-1, upper triangular, from the edges at X0 in a frame in which they are: Q00, Q01, Q11, 1/m; k_a and k_b,
-  /// m. All are 0 of a triangle that is less high than a millionth of its size.
+  /// Q = Dm^-1 of the edges at X0 in a frame in which it is upper triangular: Q00, Q01, Q11, 1/m; k_a and k_b, m. All
+  /// are 0 for a triangle whose height is less than a millionth of its size.
   template <class S>
   KERNEL static void rest(const Vector3<S> (&X)[3], S nu, S (&rest)[5]) {
     using R = typename RealOf<S>::type;
@@ -49,12 +50,14 @@ struct Membrane {
     rest[3] = sqrt(part / (one - nu)), rest[4] = sqrt(part / (one + nu));
   }
 
-  /// C = sqrt(2 U / Y), of one number: the gradient says which way the material pulls, or without a pull that of a.
+  /// C = sqrt(2 U / Y), a single number. Its gradient is the direction of the elastic force or, without force, that of
+  /// a.
   template <class S, class Mask>
-  KERNEL static S evaluate(const Vector3<S> (&p)[3], const S* rest, const Mask& held, Vector3<S> (&grad)[3], S& scale) {
+  KERNEL static S evaluate(const Vector3<S> (&p)[3], const S* rest, const Mask& valid, Vector3<S> (&grad)[3],
+                           S& scale) {
     using R = typename RealOf<S>::type;
     const S zero(R(0)), one(R(1));
-    const Deformed<S> now(p, rest, held);
+    const Deformed<S> now(p, rest, valid);
     const S C = sqrt(now.C[0] * now.C[0] + now.C[1] * now.C[1] + now.C[2] * now.C[2]);
     const auto strained = C > S(tiny<R>());
     const S per_C = one / select(strained, C, one);
@@ -71,22 +74,22 @@ struct Membrane {
     return (now.C[0] * now.C[0] + now.C[1] * now.C[1] + now.C[2] * now.C[2]) / 2;
   }
 
-  /// One step of the three constraints: `move` in m/w, p += w move. `alpha`: 1 / (Y dt^2). `sum`: their multipliers so
-  /// far in this substep, to which it adds. The matrix of the step is that at p, which differs from its product with
-  /// the gradients at x, where the substep began, by the turn of a substep: what that leaves is a later projection's.
+  /// Projects the three constraints together: `move` in m/w, p += w move. `alpha`: 1 / (Y dt^2). `sum`: their
+  /// multipliers in this substep, which are updated. The matrix has the gradients at p twice, instead of those at the
+  /// start x once, which differ by the rotation of a substep: later projections correct that.
   ///
-  /// The gradients turn with R. Of slivers and of unequal masses that are crushed, a step by them would turn R by
-  /// radians and gain a thousand times the energy that there was: a step stops where it has turned it by 0.2 (of random
-  /// starts the energy then grows by less than an eighth), and the next one does what is left.
+  /// The gradients rotate with R. For crushed slivers and unequal masses a full step would rotate R by radians and
+  /// multiply the energy by a thousand: a step is therefore limited to a rotation of 0.2 (from random starts the energy
+  /// then grows by less than an eighth), and later projections correct the rest.
   template <class S, class Mask>
   KERNEL static void step(const Vector3<S> (&p)[3], const Vector3<S> (&x)[3], const S (&w)[3], const S* rest,
-                          const Mask& held, S alpha, S taut, S (&sum)[3], Vector3<S> (&move)[3]) {
+                          const Mask& valid, S alpha, S max_start_step, S (&sum)[3], Vector3<S> (&move)[3]) {
     using R = typename RealOf<S>::type;
-    const Deformed<S> now(p, rest, held);
+    const Deformed<S> now(p, rest, valid);
     const typename Deformed<S>::Masses B(now.q, w);
     S A[3][3], dlambda[3];
     now.response(B, A);
-    solve_at_once(A, now.C, alpha, sum, held, dlambda);
+    solve_at_once(A, now.C, alpha, sum, valid, dlambda);
     const S most(R(0.2)), omega = now.turning(B, dlambda);
     const S part = most / max(max(omega, -omega), most);
     for (int m = 0; m < 3; ++m) {
@@ -94,18 +97,18 @@ struct Membrane {
       sum[m] = sum[m] + dlambda[m];
     }
     Vector3<S> along[3], carried[3];
-    const Deformed<S> then(x, rest, held);
+    const Deformed<S> then(x, rest, valid);
     now.pull(dlambda, move);
     then.pull(dlambda, along), then.pull(sum, carried);
-    // By how much that changes F: of a sliver it is more than its size tells. Half of `taut` is what pulled sheets
-    // bear.
+    // The measure is the change of F, which for a sliver is more than displacement over size. Stretched sheets are
+    // stable up to half of `max_start_step`.
     const Vector3<S> e = carried[1] * w[1] - carried[0] * w[0], g = carried[2] * w[2] - carried[0] * w[0];
     const Vector3<S> f1 = e * now.q[0], f2 = e * now.q[1] + g * now.q[2];
-    go_along(taut, S(R(4)) * (dot(f1, f1) + dot(f2, f2)), w, along, move);
+    blend_with_start(max_start_step, S(R(4)) * (dot(f1, f1) + dot(f2, f2)), w, along, move);
   }
 
-  /// The filter sees both columns of F times sqrt(A w / Y), as springs of the stiffness w = Y / (1 - nu), the
-  /// material's largest. Targets F - P/w, P = dU/dF / A, give them the material's own force.
+  /// In the filter both columns of F times sqrt(A w / Y) are springs of the stiffness w = Y / (1 - nu), the largest of
+  /// the material. With the targets F - P/w, P = dU/dF / A, their force is that of the material.
   struct Stencil {
     static constexpr int vectors = 2, numbers = 2;
     /// own: sqrt(A w / Y), m, and nu / (1 + nu).
@@ -141,12 +144,12 @@ struct Membrane {
     S per_t;
 
     template <class Mask>
-    KERNEL Turned(const Vector3<S> (&f)[2], const Mask& held) {
+    KERNEL Turned(const Vector3<S> (&f)[2], const Mask& valid) {
       using R = typename RealOf<S>::type;
       const S zero(R(0)), one(R(1)), F2 = dot(f[0], f[0]) + dot(f[1], f[1]);
-      const auto whole = held & (F2 > S(R(1e-12)));  // or all of it is in one place
-      // Crushed to a line, or stretched so far that squares leave float's range, it has no normal: n fades out, and
-      // what is left of R pulls along the sides. With the same J in t no torque comes of it.
+      const auto whole = valid & (F2 > S(R(1e-12)));  // otherwise all corners coincide
+      // A triangle that is crushed to a line, or stretched so far that squares leave float's range, has no normal: n
+      // goes to 0, and the rest of R pulls along the sides. With the same J in t this has no torque.
       const Vector3<S> u = or_zero(whole & (F2 < S(R(1e16))), cross(f[0], f[1]));
       const S J = max(sqrt(dot(u, u)), select(whole, F2 * S(R(1e-6)), one));
       const Vector3<S> n = u * (one / J);
@@ -157,7 +160,7 @@ struct Membrane {
 
   template <class S>
   struct Deformed {
-    /// How F answers: dF = B dU/dF, sum w of the gradients of its columns.
+    /// Response of F to forces, dF = B dU/dF: sum w over the gradients of its columns.
     struct Masses {
       S B11, B12, B22;
       KERNEL Masses(const S (&q)[3], const S (&w)[3]) {
@@ -169,24 +172,24 @@ struct Membrane {
     S q[3], k[2];     // rest values
     Vector3<S> r[2];  // columns of R
     S C[3];
-    S per_t, turn, to1, to2;  // 2 S12 / t, 2 S22 / t, 2 S11 / t: what b and c gain by the turning of R
+    S per_t, turn, to1, to2;  // 2 S12 / t, 2 S22 / t, 2 S11 / t: effect of the rotation of R on b and c
 
     template <class Mask>
-    KERNEL Deformed(const Vector3<S> (&p)[3], const S* rest, const Mask& held) {
+    KERNEL Deformed(const Vector3<S> (&p)[3], const S* rest, const Mask& valid) {
       using R = typename RealOf<S>::type;
       const S zero(R(0)), two(R(2));
-      for (int i = 0; i < 3; ++i) q[i] = select(held, rest[i], zero);
-      for (int i = 0; i < 2; ++i) k[i] = select(held, rest[3 + i], zero);
-      const Vector3<S> e = or_zero(held, p[1] - p[0]), g = or_zero(held, p[2] - p[0]);
+      for (int i = 0; i < 3; ++i) q[i] = select(valid, rest[i], zero);
+      for (int i = 0; i < 2; ++i) k[i] = select(valid, rest[3 + i], zero);
+      const Vector3<S> e = or_zero(valid, p[1] - p[0]), g = or_zero(valid, p[2] - p[0]);
       const Vector3<S> f[2] = {e * q[0], e * q[1] + g * q[2]};
-      const Turned<S> at(f, held);
+      const Turned<S> at(f, valid);
       r[0] = at.r[0], r[1] = at.r[1];
       const S S11 = dot(r[0], f[0]), S12 = dot(r[0], f[1]), S22 = dot(r[1], f[1]), two_per_t = two * at.per_t;
       C[0] = k[0] * (S11 + S22 - two), C[1] = k[1] * (S11 - S22), C[2] = k[1] * (S12 + S12);
       per_t = at.per_t, turn = S12 * two_per_t, to1 = S22 * two_per_t, to2 = S11 * two_per_t;
     }
 
-    /// sum of part_m grad C_m. R turns by (r2 . df1 - r1 . df2) / t: da = r1 . df1 + r2 . df2,
+    /// Computes sum of part_m grad C_m. R rotates by (r2 . df1 - r1 . df2) / t: da = r1 . df1 + r2 . df2,
     /// db = (r1 + turn r2) . df1 - (r2 + turn r1) . df2, dc = to1 r2 . df1 + to2 r1 . df2.
     KERNEL void pull(const S (&part)[3], Vector3<S> (&grad)[3]) const {
       const S a = part[0] * k[0], b = part[1] * k[1], c = part[2] * k[1], tb = turn * b;
@@ -196,14 +199,14 @@ struct Membrane {
       grad[0] = -(grad[1] + grad[2]);
     }
 
-    /// By what angle a step turns R, as its gradients tell.
+    /// The angle by which a step rotates R, to first order.
     KERNEL S turning(const Masses& of, const S (&part)[3]) const {
       const S a = part[0] * k[0], b = part[1] * k[1], c = part[2] * k[1], tb = turn * b;
       return per_t * (of.B11 * (tb + to1 * c) + of.B12 * ((a - b) - (a + b)) - of.B22 * (to2 * c - tb));
     }
 
-    /// A = grad C w grad C^T, its lower triangle, with r1 and r2 at right angles. (Where n fades out they are not, and
-    /// A is larger than that.)
+    /// The lower triangle of A = grad C w grad C^T, for orthogonal r1 and r2. (Where n goes to 0 they are not
+    /// orthogonal, and this is larger than A.)
     KERNEL void response(const Masses& of, S (&A)[3][3]) const {
       const S B11 = of.B11, B12 = of.B12, B22 = of.B22;
       const S aa = k[0] * k[0], ab = k[0] * k[1], bb = k[1] * k[1], sum = B11 + B22, two_B12 = B12 + B12;

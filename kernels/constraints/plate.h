@@ -5,7 +5,7 @@
 // 2006). Energy
 //   U = D A / 2 (|H|^2 + 2 nu det H) = D / 2 sum C_m^2,
 //   C = sqrt(A (1 + nu) / 2) (Hxx + Hyy), sqrt(A (1 - nu) / 2) (Hxx - Hyy), sqrt(A (1 - nu) / 2) 2 Hxy,
-// three constraints of compliance 1 / D in the angles, met at once. Angles are signed and measured from rest.
+// three constraints of compliance 1 / D in the angles, projected together. Angles are signed and relative to rest.
 #pragma once
 #include "kernels/constraints/bending.h"
 #include "kernels/projection/block_solve.h"
@@ -15,17 +15,18 @@ namespace malha {
 struct Plate {
   static constexpr const char* name = "plate";
   static constexpr Element element = Element::WingedTriangles;
-  static constexpr int particles = 6;  // the triangle 0 1 2, and 3 + i beyond the side across from its corner i
+  static constexpr int particles = 6;  // the triangle 0 1 2, and wing 3 + i beyond the side opposite to corner i
   static constexpr bool inequality = false;
   static constexpr bool has_strain = false;
   static constexpr Strength strength{false, "rigidity", "N m"};
   static constexpr Filtered filtered = Filtered::Stencil;
   static constexpr Degenerate degenerate = Degenerate::Skipped;
-  static constexpr int numbers = 13;  // the three angles at rest, B: C = B (theta - theta0), and 1 / reach
-  static constexpr int per_reach = 12;
+  static constexpr int numbers = 13;  // the three angles at rest, B with C = B (theta - theta0), and 1 / max step
+  static constexpr int per_max_step = 12;
   static constexpr int multipliers = 3;
-  static constexpr Parameter parameter{"poisson_ratio", 0, 0, true, 0.99};  // at 1 twists and saddles are free
-  using Remainder = Bending;                                                // of the hinges that none of them has
+  static constexpr Parameter parameter{"poisson_ratio", 0, 0, true,
+                                       0.99};  // at 1 twist and saddle shapes store no energy
+  using Remainder = Bending;                   // for hinges that no element has
 
   KERNEL static double compliance(double D, double) { return 1 / D; }
 
@@ -40,7 +41,7 @@ struct Plate {
     u[0] = zero, u[1] = length, u[2] = dot(e, f) * per;
     v[0] = zero, v[1] = zero, v[2] = twice * per;
     for (int i = 0; i < 3; ++i) {
-      // Beyond the side, as far from it as the wing is.
+      // The wing lies beyond the side, at its height.
       const int from = (i + 1) % 3, to = (i + 2) % 3, wing = 3 + i;
       const S du = u[to] - u[from], dv = v[to] - v[from], side = sqrt(du * du + dv * dv);
       const S per_side = one / select(side > zero, side, one);
@@ -50,7 +51,7 @@ struct Plate {
     }
   }
 
-  /// theta = a (Hxx, Hyy, Hxy) over the mesh unfolded about the triangle, in m; `area`: of the triangle, m^2.
+  /// The matrix of theta = a (Hxx, Hyy, Hxy) over the mesh unfolded about the triangle, m; `area` of the triangle, m^2.
   template <class S>
   KERNEL static void folds_by_curvature(const Vector3<S> (&X)[6], S (&a)[3][3], S& area) {
     using R = typename RealOf<S>::type;
@@ -98,23 +99,24 @@ struct Plate {
         smallest = i == 0 && corner == 0 ? height : select(height < smallest, height, smallest);
       }
     }
-    rest[per_reach] = per_reach_of(smallest);
+    rest[per_max_step] = per_max_step_of(smallest);
   }
 
-  /// C = sqrt(sum C_m^2) = sqrt(2 U / D); where all are 0 its gradient is that of the first.
+  /// C = sqrt(sum C_m^2) = sqrt(2 U / D); where all are 0 the gradient is that of the first.
   template <class S, class Mask>
-  KERNEL static S evaluate(const Vector3<S> (&p)[6], const S* rest, const Mask& held, Vector3<S> (&grad)[6], S& scale) {
+  KERNEL static S evaluate(const Vector3<S> (&p)[6], const S* rest, const Mask& valid, Vector3<S> (&grad)[6],
+                           S& scale) {
     using R = typename RealOf<S>::type;
     const S zero(R(0)), one(R(1));
-    const Folds<S> now(p, rest, held);
+    const Folds<S> now(p, rest, valid);
     S C[3], squares = zero;
-    now.constraints(rest, held, C);
+    now.constraints(rest, valid, C);
     for (const S& c : C) squares = squares + c * c;
     const S length = sqrt(squares);
     const auto off = length > S(tiny<R>());
     for (int m = 0; m < 3; ++m) C[m] = select(off, C[m] / select(off, length, one), m == 0 ? one : zero);
     S pull[3];
-    now.pulls(rest, held, C, pull);
+    now.pulls(rest, valid, C, pull);
     now.gather(pull, grad);
     S size = zero;
     for (const auto& g : grad) size = size + dot(g, g);
@@ -130,43 +132,43 @@ struct Plate {
     return C * C / 2;
   }
 
-  /// XPBD's step of all three at once, in the angles: fewer numbers than in the positions. No particle goes beyond its
-  /// reach, as with `bending`.
+  /// XPBD's step of all three together, in the angles, which are fewer than the positions. The step is bounded as that
+  /// of `bending`.
   template <class S, class Mask>
   KERNEL static void step(const Vector3<S> (&p)[6], const Vector3<S> (&x)[6], const S (&w)[6], const S* rest,
-                          const Mask& held, S alpha, S taut, S (&sum)[3], Vector3<S> (&move)[6]) {
+                          const Mask& valid, S alpha, S max_start_step, S (&sum)[3], Vector3<S> (&move)[6]) {
     using R = typename RealOf<S>::type;
-    const Folds<S> now(p, rest, held);
+    const Folds<S> now(p, rest, valid);
     S C[3], turn[3][3], A[3][3], dlambda[3];
-    now.constraints(rest, held, C);
+    now.constraints(rest, valid, C);
     now.response(w, turn);
     for (int m = 0; m < 3; ++m) {
       S row[3];  // of B turn
       for (int k = 0; k < 3; ++k) {
-        row[k] = number(rest, held, m, 0) * turn[0][k];
-        for (int i = 1; i < 3; ++i) row[k] = row[k] + number(rest, held, m, i) * turn[i][k];
+        row[k] = number(rest, valid, m, 0) * turn[0][k];
+        for (int i = 1; i < 3; ++i) row[k] = row[k] + number(rest, valid, m, i) * turn[i][k];
       }
       for (int k = 0; k <= m; ++k) {
-        A[m][k] = row[0] * number(rest, held, k, 0);
-        for (int i = 1; i < 3; ++i) A[m][k] = A[m][k] + row[i] * number(rest, held, k, i);
+        A[m][k] = row[0] * number(rest, valid, k, 0);
+        for (int i = 1; i < 3; ++i) A[m][k] = A[m][k] + row[i] * number(rest, valid, k, i);
       }
     }
-    solve_at_once(A, C, alpha, sum, held, dlambda);
+    solve_at_once(A, C, alpha, sum, valid, dlambda);
     S pull[3], pull_of_all[3], all[3], way2 = S(R(0));
     for (int m = 0; m < 3; ++m) all[m] = sum[m] + dlambda[m];
-    now.pulls(rest, held, dlambda, pull), now.pulls(rest, held, all, pull_of_all);
+    now.pulls(rest, valid, dlambda, pull), now.pulls(rest, valid, all, pull_of_all);
     now.gather(pull, move);
     Vector3<S> along[6], carried[6];
-    const Folds<S> then(x, rest, held);
+    const Folds<S> then(x, rest, valid);
     then.gather(pull, along), then.gather(pull_of_all, carried);
-    go_along(taut, far2_of(w, carried, x), w, along, move);
+    blend_with_start(max_start_step, relative_displacement2(w, carried, x), w, along, move);
     for (int j = 0; j < 6; ++j) way2 = max(way2, w[j] * w[j] * dot(move[j], move[j]));
-    const S one(R(1)), part = one / max(sqrt(way2) * select(held, rest[per_reach], one), one);
+    const S one(R(1)), part = one / max(sqrt(way2) * select(valid, rest[per_max_step], one), one);
     for (int m = 0; m < 3; ++m) sum[m] = sum[m] + dlambda[m] * part;
     for (auto& of : move) of = of * part;
   }
 
-  /// The filter sees the same three as vectors, B times the hinges' folds, each fold drawn to its length at rest.
+  /// In the filter the three are vectors, B times the fold vectors of the hinges, each pulled to its length at rest.
   struct Stencil {
     static constexpr int vectors = 3, numbers = 21;  // B, its inverse, lengths of the folds at rest
     template <class S>
@@ -208,7 +210,7 @@ struct Plate {
   };
 
  private:
-  /// Where over an edge a wing stands: its foot as a part of the edge, and its height.
+  /// The foot of a wing on an edge, as a part of the edge, and its height over it.
   template <class S>
   KERNEL static void over_edge(const Vector3<S>& from, const Vector3<S>& to, const Vector3<S>& wing, S& foot,
                                S& height) {
@@ -219,7 +221,8 @@ struct Plate {
     foot = dot(r, e) * per, height = sqrt(dot(n, n) * per);
   }
 
-  /// Of the hinge across from corner i: its fold is sum c_j x_j (see IsometricBending), 0 of one without height.
+  /// Weights of the hinge opposite to corner i: its fold is sum c_j x_j (see IsometricBending), 0 for one without
+  /// height.
   template <class S>
   KERNEL static void fold_weights(const Vector3<S> (&X)[6], int i, S (&c)[6]) {
     using R = typename RealOf<S>::type;
@@ -241,8 +244,8 @@ struct Plate {
   }
   /// B, or 0 in padding.
   template <class S, class Mask>
-  KERNEL static S number(const S* rest, const Mask& held, int m, int i) {
-    return select(held, rest[3 + 3 * m + i], S(typename RealOf<S>::type(0)));
+  KERNEL static S number(const S* rest, const Mask& valid, int m, int i) {
+    return select(valid, rest[3 + 3 * m + i], S(typename RealOf<S>::type(0)));
   }
 
   template <class S>
@@ -251,31 +254,32 @@ struct Plate {
     Vector3<S> grad[3][4];  // of each angle at its hinge's particles
 
     template <class Mask>
-    KERNEL Folds(const Vector3<S> (&p)[6], const S* rest, const Mask& held) {
+    KERNEL Folds(const Vector3<S> (&p)[6], const S* rest, const Mask& valid) {
       for (int i = 0; i < 3; ++i) {
         Vector3<S> q[4];
         S scale;
         hinge(p, i, q);
-        theta[i] = Bending::evaluate(q, rest + i, held, grad[i], scale);
+        theta[i] = Bending::evaluate(q, rest + i, valid, grad[i], scale);
       }
     }
     template <class Mask>
-    KERNEL void constraints(const S* rest, const Mask& held, S (&C)[3]) const {
+    KERNEL void constraints(const S* rest, const Mask& valid, S (&C)[3]) const {
       for (int m = 0; m < 3; ++m)
-        C[m] = number(rest, held, m, 0) * theta[0] + number(rest, held, m, 1) * theta[1] +
-               number(rest, held, m, 2) * theta[2];
+        C[m] = number(rest, valid, m, 0) * theta[0] + number(rest, valid, m, 1) * theta[1] +
+               number(rest, valid, m, 2) * theta[2];
     }
-    /// B^T x
+    /// Computes B^T x.
     template <class Mask>
-    KERNEL void pulls(const S* rest, const Mask& held, const S (&x)[3], S (&pull)[3]) const {
+    KERNEL void pulls(const S* rest, const Mask& valid, const S (&x)[3], S (&pull)[3]) const {
       for (int i = 0; i < 3; ++i)
-        pull[i] = number(rest, held, 0, i) * x[0] + number(rest, held, 1, i) * x[1] + number(rest, held, 2, i) * x[2];
+        pull[i] =
+            number(rest, valid, 0, i) * x[0] + number(rest, valid, 1, i) * x[1] + number(rest, valid, 2, i) * x[2];
     }
-    /// Of which of the six is a hinge's particle.
+    /// The index, among the six, of particle j of hinge i.
     KERNEL static int particle(int i, int j) {
       return j == 0 ? (i + 1) % 3 : j == 1 ? (i + 2) % 3 : j == 2 ? i : 3 + i;
     }
-    /// grad w grad^T of the angles.
+    /// Computes grad w grad^T of the angles.
     KERNEL void response(const S (&w)[6], S (&turn)[3][3]) const {
       for (int i = 0; i < 3; ++i)
         for (int k = 0; k <= i; ++k) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// volume: C = (p1 - p0) . ((p2 - p0) x (p3 - p0)) / 6 - V0, the signed volume of a tetrahedron: an inverted one turns
-// back through zero (Müller et al. 2014, "Strain Based Dynamics", section 3).
+// volume: C = (p1 - p0) . ((p2 - p0) x (p3 - p0)) / 6 - V0, the signed volume of a tetrahedron: an inverted one
+// is restored through zero (Müller et al. 2014, "Strain Based Dynamics", section 3).
 #pragma once
 #include "kernels/projection/project_constraint.h"
 
@@ -25,12 +25,13 @@ struct Volume {
     rest[0] = six_times * rest_scale * S(typename RealOf<S>::type(1.0 / 6));
   }
 
-  /// C and its gradients times 6 / L^2, L the longest edge from p0: of the size of C / L and 1, whatever the size.
-  /// Where all are on one line there is no gradient.
+  /// C and its gradients times 6 / L^2, L the longest edge from p0, so that gradients are of order 1 at any scale.
+  /// Collinear particles have no gradient.
   template <class S, class Mask>
-  KERNEL static S evaluate(const Vector3<S> (&p)[4], const S* rest, const Mask& held, Vector3<S> (&grad)[4], S& scale) {
+  KERNEL static S evaluate(const Vector3<S> (&p)[4], const S* rest, const Mask& valid, Vector3<S> (&grad)[4],
+                           S& scale) {
     using R = typename RealOf<S>::type;
-    const Vector3<S> a = or_zero(held, p[1] - p[0]), b = or_zero(held, p[2] - p[0]), c = or_zero(held, p[3] - p[0]);
+    const Vector3<S> a = or_zero(valid, p[1] - p[0]), b = or_zero(valid, p[2] - p[0]), c = or_zero(valid, p[3] - p[0]);
     const S L2 = max(max(max(dot(a, a), dot(b, b)), dot(c, c)), S(R(1e-12)));
     const S L = sqrt(L2), per_L = S(R(1)) / L;
     const Vector3<S> u = a * per_L, v = b * per_L, w = c * per_L;

@@ -45,7 +45,7 @@ struct MeasureClearance {
     using Isa = typename Group::Isa;
     constexpr int lanes = kLanes<float, Isa>;
     Clearance& own = clearance[group.index];
-    LargestCovered<float, Isa> missing(first ? -INFINITY : -own.distance), speed2(first ? 0 : own.speed2);
+    PackMax<float, Isa> missing(first ? -INFINITY : -own.distance), speed2(first ? 0 : own.speed2);
     const auto add_all = [&](const auto& entries) KERNEL_LAMBDA {
       const int begin = group.index * kGroupSize, n = count - begin < kGroupSize ? count - begin : kGroupSize;
       int k = 0;
@@ -83,7 +83,7 @@ struct ReconstructPrevious {
   R dt;
   KERNEL void operator()(int i) const {
     const Vector3<R> x = particles.x[i];
-    particles.p.stay(i);
+    particles.p.clear_displacement(i);
     before.set(i, x - particles.v[i] * dt);
   }
 };
@@ -97,7 +97,7 @@ struct CommitClamped {
     const Vector3<R> shift = particles.p.d[i];
     if (shift.x == R(0) && shift.y == R(0) && shift.z == R(0)) return;
     particles.v.set(i, particles.v[i] + shift * per_dt);
-    particles.p.arrive(i), particles.p.stay(i);
+    particles.p.advance_x(i), particles.p.clear_displacement(i);
   }
 };
 

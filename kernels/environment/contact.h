@@ -90,7 +90,7 @@ struct ResolveContact {
     const Vector3<R> n = contact.plane.xyz();
     Vector3<R> moved = p.d[i];
     // Includes the low part of x, which a cached plane does not contain.
-    const R C = dot(n, p.way_from_x(i)) - contact.plane.w;
+    const R C = dot(n, p.offset_from_x(i)) - contact.plane.w;
     const R push = max(-C, -contact.lambda);
     contact.lambda += push;
     moved = moved + n * push;
@@ -130,7 +130,7 @@ struct ApplyRestitution {
     const R fraction = length > R(0) ? (length < max_change ? length : max_change) / length : R(0);
     v.set(i, v[i] + n * gained - sliding * fraction);
     const R path_left = contact.lambda < -contact.surface.w ? contact.lambda : -contact.surface.w;
-    p.add(i, n * (restitution * path_left));
+    p.add_displacement(i, n * (restitution * path_left));
   }
 };
 

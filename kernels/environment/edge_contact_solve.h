@@ -143,7 +143,7 @@ struct ApplyImpulses {
       const ContactImpulse<R>& push = impulses[ends[e].value / 4];
       if (push.impulse.w > R(0)) sum = sum + push.impulse.xyz() * push.weight[ends[e].value % 4];
     }
-    p.add(i, rotation(sum) * w[i]);
+    p.add_displacement(i, rotation(sum) * w[i]);
   }
 };
 

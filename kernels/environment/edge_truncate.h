@@ -11,7 +11,7 @@ template <class R>
 struct ResetFreeParticles {
   Particles<R> particles;
   KERNEL void operator()(int i) const {
-    if (particles.w[i] > R(0)) particles.p.stay(i);
+    if (particles.w[i] > R(0)) particles.p.clear_displacement(i);
   }
 };
 
@@ -24,14 +24,14 @@ struct RemoveUndoneLift {
   Vector3<R> origin;  // m, of x0
   KERNEL void operator()(int i) const {
     const Displaced<R>& p = particles.p;
-    const Vector3<R> from = x0[i], lift = p.start_from(i, from, origin);
+    const Vector3<R> from = x0[i], lift = p.start_relative_to(i, from, origin);
     const R squared = dot(lift, lift);
     if (!(particles.w[i] > R(0)) || !(squared > R(0)) || !(squared < R(INFINITY))) return;
     const Vector3<R> displacement = p.from(i, from, origin);
     const R kept = min(max(dot(lift, displacement) / squared, R(0)), R(1));
     if (!(kept < R(1))) return;
-    p.put(i, in_double(origin) + in_double(from) + in_double(lift * kept));
-    p.set_from(i, from, origin, displacement);
+    p.set_start(i, in_double(origin) + in_double(from) + in_double(lift * kept));
+    p.set_displacement_from(i, from, origin, displacement);
   }
 };
 

@@ -112,7 +112,7 @@ struct PackParticles {
     if (!(masks.any(g) >> bit & 1)) return;
     const Particles<R> own = to.particles();
     own.x.set(j, particles.x[i]), own.p.d.set(j, particles.p.d[i]);
-    if constexpr (kCarries<R>) own.p.low.set(j, particles.p.low[i]);
+    if constexpr (kCompensated<R>) own.p.low.set(j, particles.p.low[i]);
     to.w()[j] = particles.w[i];
   }
 };

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What takes from the filtered accelerations of a free body that which internal forces cannot do.
+// Momentum correction of filtered accelerations: removes from those of a free body the rigid part, which internal
+// forces cannot cause.
 #pragma once
 #include "kernels/forces/angular_velocity.h"
 #include "kernels/simd/particles.h"
@@ -35,15 +36,15 @@ struct SumMass {
   }
 };
 
-/// What the launches of a correction leave for each other.
+/// State between the launches of a correction.
 struct NetMotion {
   MassSum mass;
   SpinSum spin;                        // of the torque, about the centre
-  Vector3<double> centre, mean, turn;  // m; m/s^2; what is taken off for the torque: 1/s^2, or as published N m
+  Vector3<double> centre, mean, turn;  // m; m/s^2; angular acceleration to remove, 1/s^2, or as published torque, N m
 };
 
-/// One item.
-struct FindMean {
+/// Computes the mean acceleration. Launched with one item.
+struct ComputeMeanMotion {
   NetMotion* net;
   KERNEL void operator()(int) const {
     const MassSum& sum = net->mass;
@@ -70,8 +71,8 @@ struct SumTorque {
   }
 };
 
-/// One item.
-struct FindTurn {
+/// Computes the angular acceleration. Launched with one item.
+struct ComputeAngularAcceleration {
   NetMotion* net;
   bool as_published;
   KERNEL void operator()(int) const {
@@ -92,8 +93,8 @@ struct RemoveRigid {
   }
 };
 
-/// The published correction (Desbrun, Schröder, Barr 1999, section 3.3): a += (x_G - x) x T / m. It has not the
-/// dimension of an acceleration and over-corrects; for comparison.
+/// The published correction (Desbrun, Schröder, Barr 1999, section 3.3): a += (x_G - x) x T / m. Its dimension is
+/// not that of an acceleration, and it over-corrects; it is for comparison.
 template <class R>
 struct RemoveAsPublished {
   FilteredBody<R> body;

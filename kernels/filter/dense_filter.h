@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The product S F with S dense and symmetric, for three right-hand sides at once. Each number of S is stored and read
-// once, and serves its row and its column.
-// Rows go by blocks of 16. Left of the diagonal a block is four panels of four rows, 16 columns after 16; the 16 x 16
-// on the diagonal is whole. Right-hand sides and sums are 16 x, 16 y, 16 z a block.
+// The product S F with a dense symmetric S, for three right-hand sides at once. Each entry of S is stored and read
+// once, for its row and its column. Rows are in blocks of 16. Left of the diagonal a block is four panels of four rows,
+// 16 columns after 16; the 16 x 16 block on the diagonal is stored in full. Right-hand sides and sums are 16 x, 16 y,
+// 16 z per block.
 #pragma once
 #include "kernels/filter/filter_io.h"
 #include "kernels/simd/tile.h"
@@ -10,40 +10,40 @@
 namespace malha {
 
 inline constexpr int kDenseRows = 16;
-/// S is asked for this far ahead, bytes. (Without, one thread reads from memory half as fast: 11 instead of 27 GB/s.)
+/// Prefetch distance in S, bytes. (Without it one thread reads from memory half as fast: 11 instead of 27 GB/s.)
 inline constexpr int kDenseAhead = 8192;
-/// Numbers of a block of right-hand sides.
+/// Size of a block of right-hand sides, numbers.
 inline constexpr int kDenseSides = 3 * kDenseRows;
 
-/// Numbers of S before the block of rows `b`.
+/// Number of entries of S before the block of rows `b`.
 KERNEL long long dense_numbers(long long b) { return kDenseRows * kDenseRows * (b * (b + 1) / 2); }
 
-/// Blocks of rows of one body, worked on together: their sums are their own.
+/// Consecutive blocks of rows of one body that one group multiplies, with sums of its own.
 struct DenseChunk {
   int begin, end;  // blocks of rows
-  long long at;    // of the body's numbers of S
-  int x;           // block of the body's first right-hand sides
-  int y;           // block of its first sum: one for every block of rows before `end`
+  long long at;    // offset of the body's entries of S
+  int x;           // first block of the body's right-hand sides
+  int y;           // first block of its sums, one for every block of rows before `end`
 };
 
-/// A block of rows of the result: which chunks have sums of it.
+/// A block of rows of the result, and the chunks that have sums of it.
 struct DenseRow {
   int chunk, chunks;
   int b;  // in the body
 };
 
-/// V: what S is stored as; T: what it is computed with.
+/// V: storage type of S; T: type of the computation.
 template <class V, class T>
 struct DenseView {
   const DenseChunk* chunks;
   const DenseRow* rows;
   const V* values;
   const int* particle;  // of each row; -1: padding
-  const T* scale;       // of each row, where V are integers: S_ij = scale_i scale_j value; else none
+  const T* scale;       // of each row if V is an integer, S_ij = scale_i scale_j value; otherwise null
   T *x, *y;
 };
 
-/// Numbers of fast memory that a block of threads needs for the sums of a panel.
+/// Fast memory of a block of threads for the sums of a panel, numbers.
 inline constexpr int kDenseSums = 4 * kDenseSides;
 
 /// y = S x over a chunk.
@@ -75,20 +75,20 @@ struct MultiplyDense {
     for (int r = 0; r < 4; ++r)
       for (int k = 0; k < 3; ++k) {
         sum[r][k] = Sixteen::zero();
-        own[r][k] = Sixteen::all(x[first + kDenseRows * k + r]);
+        own[r][k] = Sixteen::broadcast(x[first + kDenseRows * k + r]);
       }
     for (int c = 0; c < b; ++c, values += 4 * kDenseRows, x += kDenseSides, y += kDenseSides) {
       prefetch(reinterpret_cast<const char*>(values) + kDenseAhead, 4 * kDenseRows * int(sizeof(V)));
       Sixteen s[4];
-      for (int r = 0; r < 4; ++r) s[r] = Sixteen::at(values + kDenseRows * r);
+      for (int r = 0; r < 4; ++r) s[r] = Sixteen::load_from(values + kDenseRows * r);
       for (int k = 0; k < 3; ++k) {
-        const Sixteen other = Sixteen::at(x + kDenseRows * k);
-        Sixteen column = Sixteen::at(y + kDenseRows * k);
+        const Sixteen other = Sixteen::load_from(x + kDenseRows * k);
+        Sixteen column = Sixteen::load_from(y + kDenseRows * k);
         for (int r = 0; r < 4; ++r) {
-          sum[r][k].add(s[r], other);
-          column.add(s[r], own[r][k]);
+          sum[r][k].add_product(s[r], other);
+          column.add_product(s[r], own[r][k]);
         }
-        column.put(y + kDenseRows * k);
+        column.store_to(y + kDenseRows * k);
       }
     }
     for (int k = 0; k < 3; ++k) {
@@ -102,14 +102,14 @@ struct MultiplyDense {
   KERNEL static void diagonal(const Group<Isa>&, const V* values, const T* x, T* y) {
     using Sixteen = Tile<T, Isa>;
     for (int k = 0; k < 3; ++k) {
-      Sixteen sum = Sixteen::at(y + kDenseRows * k);
+      Sixteen sum = Sixteen::load_from(y + kDenseRows * k);
       for (int r = 0; r < kDenseRows; ++r)
-        sum.add(Sixteen::at(values + kDenseRows * r), Sixteen::all(x[kDenseRows * k + r]));
-      sum.put(y + kDenseRows * k);
+        sum.add_product(Sixteen::load_from(values + kDenseRows * r), Sixteen::broadcast(x[kDenseRows * k + r]));
+      sum.store_to(y + kDenseRows * k);
     }
   }
 
-  /// A thread has one of the sixteen columns, of x, y or z.
+  /// On a device each thread has one of the sixteen columns, of x, y or z.
   template <class Threads>
   KERNEL static void panel(const Block<Threads>& block, const V* values, const T* x, T* y, int b, int q) {
     T* sums = static_cast<T*>(block.memory);
@@ -150,27 +150,27 @@ struct MultiplyDense {
   }
 };
 
-/// Right-hand sides of a block of rows.
-template <class V, class T, class Ends>
+/// Gathers the right-hand sides of a block of rows.
+template <class V, class T, class Io>
 struct GatherDense {
   DenseView<V, T> view;
-  Ends ends;
+  Io io;
   KERNEL void operator()(int b) const {
     T* x = view.x + static_cast<long long>(kDenseSides) * b;
     for (int r = 0; r < kDenseRows; ++r) {
       const int particle = view.particle[kDenseRows * b + r];
       const T scale = view.scale ? view.scale[kDenseRows * b + r] : T(1);
-      const Vec4<T> f = particle < 0 ? Vec4<T>{T(0), T(0), T(0), T(0)} : ends.template take<T>(particle);
+      const Vec4<T> f = particle < 0 ? Vec4<T>{T(0), T(0), T(0), T(0)} : io.template load_rhs<T>(particle);
       x[r] = f.x * scale, x[kDenseRows + r] = f.y * scale, x[2 * kDenseRows + r] = f.z * scale;
     }
   }
 };
 
-/// The chunks' sums of a block of rows, in their order, and out to the particles.
-template <class V, class T, class Ends>
+/// Adds up the chunks' sums of a block of rows in order, and stores the result by particle.
+template <class V, class T, class Io>
 struct SumDense {
   DenseView<V, T> view;
-  Ends ends;
+  Io io;
   KERNEL void operator()(int b) const {
     const DenseRow row = view.rows[b];
     T sum[kDenseSides] = {};
@@ -182,8 +182,8 @@ struct SumDense {
       const int particle = view.particle[kDenseRows * b + r];
       const T scale = view.scale ? view.scale[kDenseRows * b + r] : T(1);
       if (particle >= 0)
-        ends.give(particle,
-                  Vec4<T>{sum[r] * scale, sum[kDenseRows + r] * scale, sum[2 * kDenseRows + r] * scale, T(0)});
+        io.store_solution(particle,
+                          Vec4<T>{sum[r] * scale, sum[kDenseRows + r] * scale, sum[2 * kDenseRows + r] * scale, T(0)});
     }
   }
 };

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Partial Cholesky factorisation of a dense front: the numeric part of a multifrontal factor (Duff, Reid 1983), in
-// blocks, so that nearly all of it is products from registers.
+// Partial Cholesky factorisation of a dense front, the numeric part of a multifrontal factorisation (Duff, Reid 1983),
+// in blocks, so that nearly all of it is matrix products from registers.
 #pragma once
 #include "kernels/simd/pack.h"
 
 namespace malha {
 
-/// A matrix by columns that somebody else owns.
+/// View of a column-major matrix.
 template <class R>
 struct ColumnMajorView {
   R* data;
@@ -79,8 +79,8 @@ struct EliminateFront {
   int height, pivots;
   ColumnMajorView<R> panel, update;
   ColumnMajorView<R> copy;  // scratch, pivots x pivots
-  const R* least;           // the smallest value that each pivot may have
-  int* failed;              // out: the first pivot below it, and nothing else is then defined
+  const R* least;           // lower bound of each pivot
+  int* failed;              // out: the first pivot below it; other results are then undefined
 
   KERNEL void operator()(int) const {
     for (int k = 0; k < pivots && *failed < 0; k += kBlock) {

@@ -1,52 +1,55 @@
 // SPDX-License-Identifier: Apache-2.0
 // The product S F from a sparse Cholesky factor A = L L^T, for three right-hand sides at once. The panel of a supernode
 // is [L11^-1; -L21 L11^-1], so that both substitutions are products, without recurrences.
-// Work is cut into tasks (subtrees of the elimination tree) and the top above them. Each has a segment of the work
-// vector: its own columns, then, in a task, its contributions to columns of the top.
+// Work is partitioned into tasks (subtrees of the elimination tree) and the top above them. Each has a segment of the
+// work vector: its own columns, and in a task behind them its contributions to columns of the top.
 #pragma once
 #include "kernels/filter/filter_io.h"
 #include "kernels/simd/tile.h"
 
 namespace malha {
 
+/// Panel of a supernode. Its entries are stored as four rows of one column, then the next column, then the next four
+/// rows.
 struct Panel {
-  int first;     // place of its first column in the segment
-  int columns;   // own, at places first, first + 1, ...
+  int first;     // index of its first column in the segment
+  int columns;   // its own columns, at first, first + 1, ...
   int below;     // rows below
-  int row;       // where their places stand in the list of rows
-  long long at;  // of its numbers: four rows of one column side by side, then the next column, then the next four rows
+  int row;       // offset of their indices in the list of rows
+  long long at;  // offset of its entries
   KERNEL int height() const { return columns + below; }
   KERNEL int blocks() const { return (height() + 3) / 4; }
 };
 
 struct FilterTask {
   int panel, panels;
-  int base;        // of its segment
-  int own, above;  // columns of its own; contributions
-  int list;        // where the contributions' columns stand in `above` of the view
+  int base;        // offset of its segment
+  int own, above;  // number of own columns; number of contributions
+  int list;        // offset of the contributions' columns in `above` of the view
 };
 
-/// T: numbers of the panels and of the work.
+/// T: type of the panels and of the work vector.
 template <class T>
 struct SparseView {
   const Panel* panels;
   const int* rows;
   const T* values;
   const FilterTask* tasks;  // the last is the top
-  int top;                  // its number
-  const int* above;         // places in the top's segment
-  const int* sum;           // of each place of the top: where its contributions begin in `from`, and one more
-  const int* from;          // places in the whole work vector
-  const int* particle;      // of each place of the work vector that is a column's own
+  int top;                  // index of the top
+  const int* above;         // indices in the top's segment
+  const int* sum;           // first contribution in `from` of each entry of the top, and their number
+  const int* from;          // indices in the whole work vector
+  const int* particle;      // of each entry of the work vector that is an own column
   Vec4<T>* work;
-  bool far;  // the panels are not in a core's own caches
+  bool far;  // whether the panels exceed a core's own caches
 };
 
-/// Panels that come from memory are asked for this far ahead, bytes; going down through them, the next panel is asked
-/// for up to this size, and a wide one within itself. (A million particles on one thread: 68 instead of 88 ms.)
+/// Prefetch distance in panels that come from memory, bytes; in the backward solve, the largest part of the next panel
+/// that is prefetched, bytes, and the columns from which on a panel prefetches within itself. (A million particles on
+/// one thread: 68 instead of 88 ms.)
 inline constexpr int kSparseAhead = 4096, kSparseNext = 65536, kSparseWide = 64;
 
-/// work<q>() for the first `count` of four columns.
+/// Calls work<q>() for the first `count` of four columns.
 template <class Work>
 KERNEL void for_columns(int count, const Work& work) {
   work.template operator()<0>();
@@ -55,7 +58,7 @@ KERNEL void for_columns(int count, const Work& work) {
   if (count > 3) work.template operator()<3>();
 }
 
-/// Panel times own columns: blocks begin .. end - 1 of four rows each, to out[4 * begin] and on.
+/// Multiplies a panel by its own columns: blocks begin .. end - 1 of four rows each, stored from out[4 * begin] on.
 template <class T, class Isa>
 struct PanelProduct {
   using Four = Tile<T, Isa>;
@@ -63,7 +66,7 @@ struct PanelProduct {
   int columns;
   const Vec4<T>* own;
   Vec4<T>* out;
-  bool far;  // the numbers are not in the caches
+  bool far;  // as in SparseView
 
   KERNEL void run(int begin, int end) const {
     int b = begin;
@@ -79,22 +82,23 @@ struct PanelProduct {
     const int last = 4 * (b + count) < columns ? 4 * (b + count) : columns;  // L11^-1 is lower triangular
     const T* from = values + 4ll * b * columns;
     for (int j = 0; j < last; j += 4) {
-      Four four[count];  // columns; those behind the last are somebody else's numbers
+      Four four[count];  // columns; entries behind the last belong to others and are not used
       for (int k = 0; k < count; ++k) {
         const T* at = from + 4 * (k * columns + j);
         if (far) prefetch(reinterpret_cast<const char*>(at) + kSparseAhead, 16 * int(sizeof(T)));
-        four[k] = Four::at(at);
+        four[k] = Four::load_from(at);
       }
       for_columns(last - j, [&]<int q>() KERNEL_LAMBDA {
-        const Four x = Four::repeat(own[j + q]);
-        for (int k = 0; k < count; ++k) sum[k].add(four[k].template spread<q>(), x);
+        const Four x = Four::repeat_row(own[j + q]);
+        for (int k = 0; k < count; ++k) sum[k].add_product(four[k].template splat_row<q>(), x);
       });
     }
-    for (int k = 0; k < count; ++k) sum[k].put(&out[4 * (b + k)].x);
+    for (int k = 0; k < count; ++k) sum[k].store_to(&out[4 * (b + k)].x);
   }
 };
 
-/// Transposed panel times all its rows (padded to whole blocks): columns begin .. end - 1, to out[begin] and on.
+/// Multiplies a transposed panel by all its rows (padded to whole blocks): columns begin .. end - 1, stored from
+/// out[begin] on.
 template <class T, class Isa>
 struct TransposedProduct {
   using Four = Tile<T, Isa>;
@@ -107,25 +111,25 @@ struct TransposedProduct {
   KERNEL void run(int begin, int end) const {
     int j = begin;
     constexpr int lanes = kLanes<T, Isa>;
-    if constexpr (lanes > 1)  // one has no registers for so many sums
+    if constexpr (lanes > 1)  // OneLane has no registers for so many sums
       for (; j + 8 <= end; j += 8) some<2>(j, 4);
     for (; j < end; j += 4) some<1>(j, end - j);
   }
 
  private:
-  /// `fours` times four columns, of the last of which only `count` are wanted.
+  /// Computes `fours` times four columns, of the last four only `count`.
   template <int fours>
   KERNEL void some(int j, int count) const {
     Four sum[4 * fours];
     for (int k = 0; k < 4 * fours; ++k) sum[k] = Four::zero();
     for (int b = j / 4; b < blocks; ++b) {
-      const Four x = Four::at(&rows[4 * b].x);
+      const Four x = Four::load_from(&rows[4 * b].x);
       for (int f = 0; f < fours; ++f) {
         const T* from = values + 4 * (static_cast<long long>(b) * columns + j + 4 * f);
-        const Four four = Four::at(from);
+        const Four four = Four::load_from(from);
         if (far && columns > kSparseWide) prefetch(from + 8 * 4 * columns);  // eight blocks of rows on
         for_columns(f + 1 < fours ? 4 : count,
-                    [&]<int q>() KERNEL_LAMBDA { sum[4 * f + q].add(four.template spread<q>(), x); });
+                    [&]<int q>() KERNEL_LAMBDA { sum[4 * f + q].add_product(four.template splat_row<q>(), x); });
       }
     }
     for (int k = 0; k < 4 * (fours - 1) + count && k < 4 * fours; ++k) out[j + k] = sum[k].sum_of_rows();
@@ -137,11 +141,12 @@ KERNEL void accumulate(Vec4<T>& to, const Vec4<T>& a) {
   to.x += a.x, to.y += a.y, to.z += a.z, to.w += a.w;
 }
 
-/// What one thread of a group takes of a panel at once: blocks going up; columns coming down, whole pairs of four.
+/// Chunk of a panel for one thread of a group: blocks in the forward solve; columns, in pairs of four, in the backward
+/// solve.
 inline constexpr int kPanelBlocks = 4, kPanelColumns = 8;
 
-/// L y = b over the panels begin .. end - 1 of a segment, whose places begin at `work`. `out`: room for one panel's
-/// rows.
+/// Solves L y = b over the panels begin .. end - 1 of a segment, which begins at `work`. `out`: scratch for the rows of
+/// one panel.
 template <class T, class Group>
 KERNEL void forward_solve(const Group& group, const SparseView<T>& view, int begin, int end, Vec4<T>* work,
                           Vec4<T>* out) {
@@ -157,7 +162,7 @@ KERNEL void forward_solve(const Group& group, const SparseView<T>& view, int beg
   }
 }
 
-/// L^T x = y over them, from the last to the first. `all`: as `out`.
+/// Solves L^T x = y over them, from the last to the first. `all`: scratch as `out`.
 template <class T, class Group>
 KERNEL void backward_solve(const Group& group, const SparseView<T>& view, int begin, int end, Vec4<T>* work,
                            Vec4<T>* all) {
@@ -181,30 +186,30 @@ KERNEL void backward_solve(const Group& group, const SparseView<T>& view, int be
   }
 }
 
-/// L y = F over a task.
-template <class T, class Ends>
+/// Forward solve L y = F over a task.
+template <class T, class Io>
 struct ForwardTask {
   using Shared = void;
   SparseView<T> view;
-  Ends ends;
+  Io io;
 
   template <class Group>
   KERNEL void operator()(const Group& group) const {
     const FilterTask& task = view.tasks[group.index];
     Vec4<T>* work = view.work + task.base;
     const int* particle = view.particle + task.base;
-    group.for_each(task.own, [&](int k) KERNEL_LAMBDA { work[k] = ends.template take<T>(particle[k]); });
+    group.for_each(task.own, [&](int k) KERNEL_LAMBDA { work[k] = io.template load_rhs<T>(particle[k]); });
     group.for_each(task.above, [&](int k) KERNEL_LAMBDA { work[task.own + k] = {T(0), T(0), T(0), T(0)}; });
     forward_solve(group, view, task.panel, task.panel + task.panels, work, static_cast<Vec4<T>*>(group.memory));
   }
 };
 
-/// L^T x = y over a task, from the top's x, and out to the particles.
-template <class T, class Ends>
+/// Backward solve L^T x = y over a task, from the top's x, which stores the result by particle.
+template <class T, class Io>
 struct BackwardTask {
   using Shared = void;
   SparseView<T> view;
-  Ends ends;
+  Io io;
 
   template <class Group>
   KERNEL void operator()(const Group& group) const {
@@ -213,11 +218,11 @@ struct BackwardTask {
     const Vec4<T>* top = view.work + view.tasks[view.top].base;
     group.for_each(task.above, [&](int k) KERNEL_LAMBDA { work[task.own + k] = top[view.above[task.list + k]]; });
     backward_solve(group, view, task.panel, task.panel + task.panels, work, static_cast<Vec4<T>*>(group.memory));
-    group.for_each(task.own, [&](int k) KERNEL_LAMBDA { ends.give(view.particle[task.base + k], work[k]); });
+    group.for_each(task.own, [&](int k) KERNEL_LAMBDA { io.store_solution(view.particle[task.base + k], work[k]); });
   }
 };
 
-/// Narrow panels of the top, one after the other: `begin` .. `end` - 1, by one group.
+/// Solves the narrow panels `begin` .. `end` - 1 of the top in order, by one group.
 template <class T, bool up>
 struct SolveRootSmall {
   using Shared = void;
@@ -234,34 +239,34 @@ struct SolveRootSmall {
   }
 };
 
-/// The top's right-hand sides: forces, and the tasks' contributions in their order. By place.
-template <class T, class Ends>
+/// Computes the top's right-hand sides: forces plus the tasks' contributions in their order. One item per entry.
+template <class T, class Io>
 struct SumTop {
   SparseView<T> view;
-  Ends ends;
+  Io io;
   KERNEL void operator()(int k) const {
     const int at = view.tasks[view.top].base + k;
-    Vec4<T> sum = ends.template take<T>(view.particle[at]);
+    Vec4<T> sum = io.template load_rhs<T>(view.particle[at]);
     for (int s = view.sum[k]; s < view.sum[k + 1]; ++s) accumulate(sum, view.work[view.from[s]]);
     view.work[at] = sum;
   }
 };
 
-/// The top's part of the result, out to the particles. By place.
-template <class T, class Ends>
+/// Stores the top's part of the result by particle. One item per entry.
+template <class T, class Io>
 struct ScatterRoot {
   SparseView<T> view;
-  Ends ends;
+  Io io;
   KERNEL void operator()(int k) const {
     const int at = view.tasks[view.top].base + k;
-    ends.give(view.particle[at], view.work[at]);
+    io.store_solution(view.particle[at], view.work[at]);
   }
 };
 
-/// Blocks or columns of a wide panel of the top that are worked on together.
+/// Blocks or columns of a wide panel of the top per group.
 inline constexpr int kTopPiece = 32;
 
-/// A wide panel of the top, a piece of its blocks: `out` holds its product for all of them.
+/// Forward solve of a piece of a wide panel of the top. `out`: product of the panel.
 template <class T>
 struct ForwardTop {
   using Shared = void;
@@ -284,7 +289,7 @@ struct ForwardTop {
   }
 };
 
-/// The same of L^T: `all` holds the panel's rows, `out` takes the columns of this piece.
+/// Backward solve of a piece of a wide panel of the top. `all`: rows of the panel; `out`: result, by column.
 template <class T>
 struct BackwardTop {
   using Shared = void;
@@ -303,7 +308,7 @@ struct BackwardTop {
   }
 };
 
-/// The rows of a panel of the top in a list of their own, whole blocks. By row.
+/// Gathers the rows of a panel of the top, padded to whole blocks. One item per row.
 template <class T>
 struct GatherTop {
   SparseView<T> view;
@@ -317,7 +322,7 @@ struct GatherTop {
   }
 };
 
-/// The own columns of a panel of the top, from `out`. By column.
+/// Stores the own columns of a panel of the top from `out`. One item per column.
 template <class T>
 struct StoreRoot {
   SparseView<T> view;

@@ -1,27 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
 // The spring forces of Desbrun's method (Desbrun, Schröder, Barr 1999, section 3), gathered by each particle from its
-// own springs: no two lanes write to the same place, and no colours are needed. A spring is evaluated at both of its
-// ends, to exactly opposite forces.
+// own springs: no two lanes write to the same particle, and no colours are needed. A spring is evaluated at both of its
+// ends, with exactly opposite forces.
 #pragma once
 #include "kernels/forces/motion.h"
 #include "kernels/projection/stencil.h"
 
 namespace malha {
 
-/// Particles in packs of 16. A pack has as many slots as its particle with the most springs; those that a particle does
-/// not need lead to itself with no stiffness.
+/// Springs by particle, in packs of 16 particles. A pack has as many slots as its particle with the most springs;
+/// unused slots connect a particle to itself without stiffness.
 template <class R>
 struct SpringView {
-  const int* begin;           // of each pack's slots, and one more
-  const int* other;           // 16 a slot: the particle at the other end, times kIndexScale
-  const R *stiffness, *rest;  // 16 a slot: N/m, m
-  const R* load;              // of each particle: its mass where the filter sees its weight, otherwise 0
+  const int* begin;           // first slot of each pack, and the number of slots
+  const int* other;           // 16 per slot: the particle at the other end, times kIndexScale
+  const R *stiffness, *rest;  // 16 per slot: N/m, m
+  const R* load;              // mass of each particle whose weight is filtered, otherwise 0
   Vector3<R> gravity;         // m/s^2
 };
 
 inline constexpr int kSpringPack = 16;
 
-/// x + dt v, and the positions, as rows.
+/// Stores x + dt v and x as rows.
 template <class R>
 struct SpringRows {
   Particles<R> particles;
@@ -33,7 +33,7 @@ struct SpringRows {
   }
 };
 
-/// v += dt (a + g); d = dt v. The weight only where the filter does not see it. Pinned particles stay.
+/// v += dt (a + g); d = dt v, with g only where the weight is not filtered. Pinned particles keep their displacement.
 template <class R>
 struct FilteredMotion {
   Particles<R> particles;
@@ -49,11 +49,11 @@ struct FilteredMotion {
   KERNEL void operator()(int i) const {
     const Vector3<R> v = velocity(i);
     particles.v.set(i, v);
-    particles.p.d.set(i, ahead(particles.w[i], v, particles.p.d[i], dt));
+    particles.p.d.set(i, predicted_displacement(particles.w[i], v, particles.p.d[i], dt));
   }
 };
 
-/// Where that would lead, as rows.
+/// Stores the positions to which that motion leads as rows.
 template <class R>
 struct FilteredRows {
   FilteredMotion<R> motion;
@@ -64,7 +64,7 @@ struct FilteredRows {
   }
 };
 
-/// l / |d|; where the ends coincide they have no direction, and it is 0.
+/// l / |d|; 0 where the ends coincide, without direction.
 template <class S>
 KERNEL S rest_over_length(const Vector3<S>& d, S l) {
   using R = typename RealOf<S>::type;
@@ -72,7 +72,7 @@ KERNEL S rest_over_length(const Vector3<S>& d, S l) {
   return select(length > zero, l / select(length > zero, length, S(R(1))), zero);
 }
 
-/// The part of their weight that the filter sees.
+/// The weight of particles, where it is filtered.
 template <class S, class R>
 KERNEL Vector3<S> weight(const SpringView<R>& springs, int first) {
   S m;
@@ -111,8 +111,8 @@ struct ExplicitForces {
   }
 };
 
-/// What is missing from backward Euler at p (`rows`): weight - m a + sum_j -k (|d| - l) d / |d|, d = p_i - p_j. Of
-/// pinned particles anything.
+/// Residual of backward Euler at p (`rows`): weight - m a + sum_j -k (|d| - l) d / |d|, d = p_i - p_j. It is undefined
+/// for pinned particles.
 template <class R>
 struct MissingForces {
   SpringView<R> springs;
@@ -142,7 +142,8 @@ struct MissingForces {
   }
 };
 
-/// Sums the forces of packs of particles; `has_targets`: those of stencils, too, from rows that FindTargets has filled.
+/// Sums the forces of packs of particles; `has_targets`: those of stencils, too, from rows that ComputeTargets has
+/// filled.
 template <class R, class Forces, bool has_targets>
 struct SumForces {
   using Shared = void;

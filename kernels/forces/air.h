@@ -5,33 +5,33 @@
 // which go as sin^2 alpha and sin alpha cos alpha of the angle of attack: a flat plate's after its stall (Viterna and
 // Corrigan 1982); the split into drag and lift of faces is that of Ling and Damodaran (2000) and Wilson et al.,
 // "Simulating wind effects on cloth and hair in Disney's Frozen" (2014). With C_L = C_D both are a pressure along n.
-// Every corner takes its share of a face's area with its own velocity (for a face in rigid motion without spin the
-// same), so that a particle's step needs no other's, and can be bounded: drag is implicit in u, and lift turns u
-// without changing its length. Whatever the step, air takes energy from motion relative to it and never gives any.
+// Every corner has its share of a face's area and its own velocity (all the same for a face in translation), so that
+// the update of a particle depends on no other, and is bounded: drag is implicit in u, and lift rotates u without
+// changing its length. Whatever the step, air only dissipates the energy of motion relative to it.
 #pragma once
 #include "kernels/simd/particles.h"
 
 namespace malha {
 
-/// Of each face S / sqrt|S|, with S = A n a corner's share of its area vector: (S . u) S / |S| is then a product of
-/// them. A quad's S is that of its diagonals.
+/// Computes S / sqrt|S| for each face, with S = A n a corner's share of its area vector: (S . u) S / |S| is then a
+/// product of such vectors. S of a quad is computed from its diagonals.
 template <class R>
 struct FacesInAir {
   Displaced<R> p;
-  const int* corners;  // four a face; the last of a triangle is below 0
+  const int* corners;  // four per face; the last of a triangle is below 0
   Points<R> faces;
   KERNEL void operator()(int f) const {
     const int *at = corners + 4 * f, last = at[3];
-    const Vector3<R> ac = p.between_at_start(at[2], at[0]);
-    const Vector3<R> S = last < 0 ? cross(p.between_at_start(at[1], at[0]), ac) * (R(1) / R(6))
-                                  : cross(ac, p.between_at_start(last, at[1])) * (R(1) / R(8));
+    const Vector3<R> ac = p.start_difference(at[2], at[0]);
+    const Vector3<R> S = last < 0 ? cross(p.start_difference(at[1], at[0]), ac) * (R(1) / R(6))
+                                  : cross(ac, p.start_difference(last, at[1])) * (R(1) / R(8));
     const R area2 = dot(S, S);
     faces.set(f, area2 > tiny<R>() ? S * (R(1) / sqrt(sqrt(area2))) : Vector3<R>{R(0), R(0), R(0)});
   }
 };
 
 template <class R>
-struct BlowOnParticles {
+struct ApplyWindForces {
   Points<R> v;
   const R* w;
   const int* particle;        // of each item

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How fast a body turns as a whole: with the angular velocity that has its angular momentum.
+// Angular velocity of a body as a whole, from its angular momentum and inertia.
 #pragma once
 #include "kernels/simd/vec.h"
 
@@ -20,10 +20,11 @@ KERNEL void add_inertia(double (&I)[6], double m, const Vector3<double>& r) {
   I[0] += m * (r.y * r.y + r.z * r.z), I[1] += m * (r.x * r.x + r.z * r.z), I[2] += m * (r.x * r.x + r.y * r.y);
   I[3] -= m * r.x * r.y, I[4] -= m * r.x * r.z, I[5] -= m * r.y * r.z;
 }
-/// Takes an inertia to the centre of its mass, which is at c (m; the parallel axis theorem).
+/// Converts an inertia to one about the centre of mass, which is at c (m; parallel axis theorem).
 KERNEL void centre_inertia(double (&I)[6], double mass, const Vector3<double>& c) { add_inertia(I, -mass, c); }
 
-/// Makes A_pq zero by turning both axes, and V with them (Jacobi; Golub and Van Loan, Matrix Computations, 8.5).
+/// Makes A_pq zero by a rotation in both axes, which it applies to V too (Jacobi; Golub and Van Loan, Matrix
+/// Computations, 8.5).
 KERNEL void rotate_axes(double (&A)[3][3], double (&V)[3][3], int p, int q) {
   if (A[p][q] == 0) return;
   const int r = 3 - p - q;
@@ -41,16 +42,16 @@ KERNEL void rotate_axes(double (&A)[3][3], double (&V)[3][3], int p, int q) {
 
 /// omega = I^-1 L. A body whose particles lie on one line or point has no inertia about some axis: the least-norm
 /// solution leaves that rotation at zero.
-KERNEL_APART Vector3<double> angular_velocity(const SpinSum& spin) {
+KERNEL_NOINLINE Vector3<double> angular_velocity(const SpinSum& spin) {
   const double *I = spin.I, *L = spin.L;
   double A[3][3] = {{I[0], I[3], I[4]}, {I[3], I[1], I[5]}, {I[4], I[5], I[2]}};
   double V[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-  constexpr int kSweeps = 8;  // errors are squared in each: five are enough for double
+  constexpr int kSweeps = 8;  // convergence is quadratic: five are enough for double
   KERNEL_ROLLED
   for (int sweep = 0; sweep < kSweeps; ++sweep)
     rotate_axes(A, V, 0, 1), rotate_axes(A, V, 0, 2), rotate_axes(A, V, 1, 2);
   const double largest = max(A[0][0], max(A[1][1], A[2][2]));
-  const double smallest = 1e-7 * largest;  // float's rounding of the positions, with room
+  const double smallest = 1e-7 * largest;  // rounding of float positions, with a margin
   Vector3<double> omega{0, 0, 0};
   for (int k = 0; k < 3; ++k) {
     const Vector3<double> axis{V[0][k], V[1][k], V[2][k]};

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Damping that leaves the motion of a body as a whole alone (Müller et al. 2006, section 3.5).
+// Velocity damping that preserves the rigid motion of each body (Müller et al. 2006, section 3.5).
 #pragma once
 #include "kernels/forces/momenta.h"
 
 namespace malha {
 
-/// The motion of each body as a whole.
+/// Rigid motion of each body.
 template <class R>
-struct FindRigidMotion {
+struct ComputeRigidMotion {
   const MeasuredBody* bodies;
   RigidMotion<R>* motions;
   KERNEL void operator()(int b) const {
@@ -16,22 +16,22 @@ struct FindRigidMotion {
   }
 };
 
-/// v += k (v_cm + omega x r - v). Pinned particles keep theirs.
+/// v += k (v_cm + omega x r - v). Pinned particles keep their velocities.
 template <class R>
 struct DampTowardsRigid {
   using Shared = void;
   Particles<R> particles;
-  const ParticleRange* stretches;
+  const ParticleRange* ranges;
   const RigidMotion<R>* motions;  // of each body
   const R* damping;               // of each body: k
 
   template <class Group>
   KERNEL void operator()(const Group& group) const {
-    const ParticleRange stretch = stretches[group.index];
-    const RigidMotion<R> motion = motions[stretch.body];
-    const R k = damping[stretch.body];
-    cover_once<R>(group, stretch.count, [&]<class S>(int n, S) KERNEL_LAMBDA {
-      const int i = stretch.first + n;
+    const ParticleRange range = ranges[group.index];
+    const RigidMotion<R> motion = motions[range.body];
+    const R k = damping[range.body];
+    for_each_pack_once<R>(group, range.count, [&]<class S>(int n, S) KERNEL_LAMBDA {
+      const int i = range.first + n;
       S w;
       load(particles.w + i, w);
       const Vector3<S> v = load_points<S>(particles.v, i);

@@ -5,7 +5,7 @@
 
 namespace malha {
 
-/// v += dt g; d = dt v. Pinned particles go as far as they were told to.
+/// v += dt g; d = dt v. Pinned particles keep their prescribed displacement.
 template <class R>
 struct Predict {
   Particles<R> particles;
@@ -14,7 +14,7 @@ struct Predict {
   KERNEL void operator()(int i) const {
     const Vector3<R> v = apply_gravity(particles.v[i], particles.w[i], gravity, dt);
     particles.v.set(i, v);
-    particles.p.d.set(i, ahead(particles.w[i], v, particles.p.d[i], dt));
+    particles.p.d.set(i, predicted_displacement(particles.w[i], v, particles.p.d[i], dt));
   }
 };
 
@@ -31,23 +31,23 @@ struct Drag {
   }
 };
 
-/// x += d, d = 0: the displacements of the substep become positions.
+/// Makes positions the start of the next motion: x += d, d = 0.
 template <class R>
-struct CommitPositions {
+struct AdvanceAll {
   Displaced<R> p;
-  KERNEL void operator()(int i) const { p.arrive(i), p.stay(i); }
+  KERNEL void operator()(int i) const { p.advance_x(i), p.clear_displacement(i); }
 };
 
-/// Stores an origin near each body: the position of its first particle.
+/// An origin near each body: the position of its first particle.
 template <class R>
-struct StoreOrigins {
+struct SetOrigins {
   Points<R> x;
   const int* first;
   Points<R> origins;
   KERNEL void operator()(int k) const { origins.set(k, x[first[k]]); }
 };
 
-/// The lowest index with a property; none: beyond every index.
+/// Reduction to the lowest index with a property; none: larger than every index.
 struct FirstIndex {
   int index = 0x7fffffff;
   KERNEL FirstIndex& operator+=(const FirstIndex& other) {
@@ -56,14 +56,14 @@ struct FirstIndex {
   }
 };
 
-/// v = d / dt; x += d, where it stays. Returns the particle if it is no longer finite.
+/// v = d / dt, x += d, d = 0. Returns the index of the particle if its position is not finite.
 template <class R>
 struct UpdateState {
   Particles<R> particles;
   R dt, per_dt;  // s, 1/s
   KERNEL FirstIndex operator()(int i) const {
     particles.v.set(i, velocity_from_positions(particles.v[i], particles.p.d[i], dt, per_dt));
-    particles.p.arrive(i), particles.p.stay(i);
+    particles.p.advance_x(i), particles.p.clear_displacement(i);
     const int finite = zero_if_finite(particles.x[i]) == R(0);
     return {i | FirstIndex{}.index * finite};  // without a branch, so that the loop is vectorised
   }

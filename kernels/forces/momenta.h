@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The momenta of bodies, stretch by stretch, and rigid motions that are added to their particles.
+// Momenta of bodies, summed over ranges of particles, and rigid motions that are added to their particles.
 #pragma once
 #include "kernels/forces/angular_velocity.h"
 #include "kernels/forces/motion.h"
@@ -9,13 +9,13 @@
 
 namespace malha {
 
-/// Particles first .. first + count - 1 of one connected body, which begins with the particle `reference`.
+/// Particles first .. first + count - 1 of one connected body, whose first particle is `reference`.
 struct ParticleRange {
   int first, count, body, reference;
 };
 
-/// Sums over the particles of a stretch, about the place and the velocity of the body's first particle: numbers as
-/// small as the body, wherever it is. Pinned particles do not count.
+/// Sums over the particles of a range, relative to the position and velocity of the body's first particle, so that
+/// rounding is relative to the size of the body, wherever it is. Pinned particles do not count.
 struct MomentaSum {
   static constexpr int kMomenta = 10, kAll = 16;  // numbers without and with the inertia
   double place[3], velocity[3];                   // of that particle, m, m/s
@@ -27,9 +27,9 @@ struct MomentaSum {
   KERNEL const double* I() const { return moments + 10; }  // kg m^2: xx, yy, zz, xy, xz, yz
 };
 
-/// Of particles with their state; `projected`: as if the substep ended with the p that they have now. `inertia`: with
-/// it. N: of the sums. Lanes are added up apart, sixteen of them whatever a pack holds, so that every instruction set
-/// gives the same bits. Of a device each has a thread.
+/// Computes MomentaSum of a range from x and v or, if `projected`, as if the substep ended at the current p. `inertia`:
+/// includes it. N: type of the sums. Sixteen lanes are summed separately, whatever the width of a pack, so that every
+/// instruction set gives the same bits. On a device each lane has a thread.
 template <class R, class N, bool projected, bool inertia>
 struct MeasureMomenta {
   using Shared = void;
@@ -37,7 +37,7 @@ struct MeasureMomenta {
   static constexpr int n = inertia ? MomentaSum::kAll : MomentaSum::kMomenta;
   static constexpr size_t kBytes = n * kSlotPack * sizeof(N);  // of fast memory
   Particles<R> particles;
-  const ParticleRange* stretches;
+  const ParticleRange* ranges;
   MomentaSum* sums;
   N dt, per_dt;  // s, 1/s, of the substep
 
@@ -45,22 +45,22 @@ struct MeasureMomenta {
   KERNEL void operator()(const Group& group) const {
     using S = Lane<N, typename Group::Isa>;
     constexpr int lanes = kLanes<N, typename Group::Isa>;
-    const ParticleRange stretch = stretches[group.index];
-    const int whole = stretch.count / kSlotPack * kSlotPack;
-    const Vector3<R> x0 = particles.x[stretch.reference], v0 = particles.v[stretch.reference];
-    N* const of_lane = static_cast<N*>(group.memory);  // kSlotPack a number
+    const ParticleRange range = ranges[group.index];
+    const int whole = range.count / kSlotPack * kSlotPack;
+    const Vector3<R> x0 = particles.x[range.reference], v0 = particles.v[range.reference];
+    N* const of_lane = static_cast<N*>(group.memory);  // kSlotPack per sum
     group.for_each(kSlotPack / lanes, [&](int pack) KERNEL_LAMBDA {
       const int first = pack * lanes;
       S sum[n];
       for (int k = 0; k < n; ++k) sum[k] = S(N(0));
       KERNEL_ROLLED
-      for (int i = first; i < whole; i += kSlotPack) add(x0, v0, stretch.first + i, sum);
+      for (int i = first; i < whole; i += kSlotPack) add(x0, v0, range.first + i, sum);
       for (int k = 0; k < n; ++k) store(sum[k], of_lane + k * kSlotPack + first);
     });
-    group.for_each(stretch.count - whole, [&](int left) KERNEL_LAMBDA {
+    group.for_each(range.count - whole, [&](int left) KERNEL_LAMBDA {
       N sum[n];
       for (int k = 0; k < n; ++k) sum[k] = of_lane[k * kSlotPack + left];
-      add(x0, v0, stretch.first + whole + left, sum);
+      add(x0, v0, range.first + whole + left, sum);
       for (int k = 0; k < n; ++k) of_lane[k * kSlotPack + left] = sum[k];
     });
     MomentaSum& to = sums[group.index];
@@ -116,7 +116,7 @@ struct MeasureMomenta {
   }
 };
 
-/// A body's motion as a whole. Of one that pins hold altogether, it does not matter.
+/// Momenta of a body. They are not used for bodies that are wholly pinned.
 struct Momenta {
   double mass = 0, place[3] = {}, centre[3] = {};  // kg; m; m, from that place
   double linear[3] = {};                           // kg m/s
@@ -140,20 +140,20 @@ struct Momenta {
   }
 };
 
-/// A body between two measurements.
+/// A body and its momenta between two measurements.
 struct MeasuredBody {
-  int begin, end;  // its stretches
-  int left_out;    // whether it gets nothing back
+  int begin, end;  // its ranges
+  int excluded;    // from the correction
   Momenta now;
   double linear[3], spin[3];            // at the start, kg m/s, kg m^2/s
-  double lost_linear[3], lost_spin[3];  // since the last time
+  double lost_linear[3], lost_spin[3];  // since the last correction
 };
 
-/// What bodies are measured for.
+/// Purpose of a measurement.
 enum class Measured { Start, Loss, Now };
 
-/// Joins the sums of each body's stretches, in runs that hang on their number alone, and notes its momenta.
-struct NoteMomenta {
+/// Adds up the sums of each body's ranges, in runs that depend on their number alone, and stores its momenta.
+struct StoreMomenta {
   using Shared = void;
   static constexpr int kMostThreads = 128;
   MomentaSum* sums;
@@ -176,7 +176,7 @@ struct NoteMomenta {
   }
 
  private:
-  static constexpr int kRun = 32;  // stretches
+  static constexpr int kRun = 32;  // ranges
 
   KERNEL void join(int k, int begin, int end, int step) const {
     double sum = sums[begin].moments[k];
@@ -195,14 +195,14 @@ struct NoteMomenta {
   }
 };
 
-/// v + omega x r, r from a point given by a place and a way from it, which each have few digits.
+/// v + omega x r, r from the point place + centre, whose parts are both of low precision.
 template <class R>
 struct RigidMotion {
   Vector3<R> place, centre;    // m
   Vector3<R> velocity, omega;  // m/s, 1/s
 
   RigidMotion() = default;
-  /// Of a body, as it was measured, with these momenta.
+  /// The rigid motion of a body with these momenta.
   KERNEL RigidMotion(const Momenta& body, const double (&linear)[3], const double (&spin)[3])
       : place(to_R(body.place, 1)),
         centre(to_R(body.centre, 1)),
@@ -211,7 +211,7 @@ struct RigidMotion {
     for (int k = 0; k < 3; ++k) sum.L[k] = spin[k];
     omega = rounded<R>(angular_velocity(sum));
   }
-  /// At x.
+  /// The velocity at x.
   template <class S>
   KERNEL Vector3<S> at(const Vector3<S>& x) const {
     const Vector3<S> r = x - all<S>(place) - all<S>(centre);
@@ -226,14 +226,14 @@ struct RigidMotion {
   }
 };
 
-/// The motion that gives each body back what it lost.
+/// The rigid motion that restores the momenta that each body has lost.
 template <class R>
 struct ComputeMomentumCorrection {
   MeasuredBody* bodies;
   RigidMotion<R>* motions;
   KERNEL void operator()(int b) const {
     MeasuredBody& body = bodies[b];
-    motions[b] = body.left_out ? RigidMotion<R>{} : RigidMotion<R>(body.now, body.lost_linear, body.lost_spin);
+    motions[b] = body.excluded ? RigidMotion<R>{} : RigidMotion<R>(body.now, body.lost_linear, body.lost_spin);
     for (int k = 0; k < 3; ++k) body.lost_linear[k] = body.lost_spin[k] = 0;
   }
 };
@@ -243,15 +243,15 @@ template <class R>
 struct AddRigidMotion {
   using Shared = void;
   Particles<R> particles;
-  const ParticleRange* stretches;
+  const ParticleRange* ranges;
   const RigidMotion<R>* motions;  // of each body
 
   template <class Group>
   KERNEL void operator()(const Group& group) const {
-    const ParticleRange stretch = stretches[group.index];
-    const RigidMotion<R> motion = motions[stretch.body];
-    cover_once<R>(group, stretch.count, [&]<class S>(int n, S) KERNEL_LAMBDA {
-      const int i = stretch.first + n;
+    const ParticleRange range = ranges[group.index];
+    const RigidMotion<R> motion = motions[range.body];
+    for_each_pack_once<R>(group, range.count, [&]<class S>(int n, S) KERNEL_LAMBDA {
+      const int i = range.first + n;
       store_points(particles.v, i, load_points<S>(particles.v, i) + motion.at(load_points<S>(particles.x, i)));
     });
   }

@@ -18,15 +18,16 @@ KERNEL Vector3<S> predicted(const Vector3<S>& x, const Vector3<S>& v, S dt) {
   return x + v * dt;
 }
 
-/// d = dt v; of what is pinned the way that it is moved.
+/// d = dt v; pinned particles keep their prescribed displacement.
 template <class S>
-KERNEL Vector3<S> ahead(S w, const Vector3<S>& v, const Vector3<S>& moved, S dt) {
+KERNEL Vector3<S> predicted_displacement(S w, const Vector3<S>& v, const Vector3<S>& prescribed, S dt) {
   const auto pinned = w <= S(typename RealOf<S>::type(0));
-  return {select(pinned, moved.x, v.x * dt), select(pinned, moved.y, v.y * dt), select(pinned, moved.z, v.z * dt)};
+  return {select(pinned, prescribed.x, v.x * dt), select(pinned, prescribed.y, v.y * dt),
+          select(pinned, prescribed.z, v.z * dt)};
 }
 
-/// v = d / dt of a particle that went d, from the velocity that this was predicted with: what constraints leave alone
-/// keeps its velocity to the bit, however many substeps there are.
+/// v = d / dt, as a correction of the velocity of the prediction: particles that no constraint moved keep their
+/// velocity to the bit, however many substeps there are.
 template <class S>
 KERNEL Vector3<S> velocity_from_positions(const Vector3<S>& v, const Vector3<S>& d, S dt, S per_dt) {
   return v + (d - v * dt) * per_dt;

@@ -4,12 +4,12 @@
 // in m^5/N needs it). -C / alpha is the pressure inside above that outside, Pa. Three reductions and one update, no
 // colouring. Positions are taken relative to one particle: on a closed mesh this changes nothing but the rounding.
 //
-// The gradient of a particle is a third of its faces' area, and grows with them. Where stiff edges are not resolved, a
-// particle whose faces are stretched is pushed out the more for it, which stretches them further: scans grew spikes of
-// hundreds of m/s. A particle is therefore pushed on no more than kMostStretched times the area that its faces have at
-// rest, at the size at which the body has its volume. What a clamped particle leaves is taken by the others, so that
-// the volume is met to first order all the same, and the momenta of the push that it lacks are given back to the body
-// as a rigid motion. Where nothing is clamped the bits are those of the plain projection.
+// The gradient at a particle is a third of its faces' area, and grows with them. Where stiff edges are not resolved,
+// the pressure on stretched faces stretches them further: scans grew spikes of hundreds of m/s. The gradient of a
+// particle is therefore clamped to kMaxStretch times the area of its faces at rest, scaled to the size at which the
+// body has its volume. The other particles take over the rest, so that the volume is still correct to first order, and
+// the momenta of the missing push are added to the body as a rigid motion. Without clamped particles the bits are those
+// of the plain projection.
 #pragma once
 #include "kernels/forces/angular_velocity.h"
 #include "kernels/parallel/reductions.h"
@@ -17,18 +17,18 @@
 
 namespace malha {
 
-/// The largest ratio of the area that pressure acts on to the area at rest: lengths that double.
-inline constexpr double kMostStretched = 4;
+/// Largest ratio of the area on which pressure acts to the area at rest, that of doubled lengths.
+inline constexpr double kMaxStretch = 4;
 
-/// What a triangle adds to the enclosed volume, m^3.
+/// Contribution of a triangle to the enclosed volume, m^3.
 template <class At>
 struct EnclosedVolume {
   At p;
   const int* corners;  // three a triangle
   int origin;          // a particle of the mesh
   KERNEL Sum operator()(int t) const {
-    const auto a = p.between(corners[3 * t], origin), b = p.between(corners[3 * t + 1], origin);
-    return {double(dot(cross(a, b), p.between(corners[3 * t + 2], origin))) / 6};
+    const auto a = p.difference(corners[3 * t], origin), b = p.difference(corners[3 * t + 1], origin);
+    return {double(dot(cross(a, b), p.difference(corners[3 * t + 2], origin))) / 6};
   }
 };
 
@@ -55,15 +55,15 @@ struct Fans {
   KERNEL Vector3<R> gradient(int item) const {
     Vector3<R> sum{R(0), R(0), R(0)};
     for (int t = begin[item]; t < begin[item + 1]; ++t)
-      sum = sum + cross(p.between(around[2 * t], origin), p.between(around[2 * t + 1], origin));
+      sum = sum + cross(p.difference(around[2 * t], origin), p.difference(around[2 * t + 1], origin));
     return sum * R(1.0 / 6);
   }
 };
 
-/// Stores the gradient where the substep begins, clamped to `most`, and sums up.
+/// Stores the gradient at the start of the substep, clamped to `most`, and returns its sums.
 template <class R>
 struct PressureGradient {
-  Fans<R, Started<R>> fans;
+  Fans<R, StartPositions<R>> fans;
   const R* w;           // of each particle
   const int* particle;  // of each item
   const R* most;        // of each item: the largest gradient, m^2; null: none
@@ -82,20 +82,20 @@ struct PressureGradient {
     const double kept = allowed / sqrt(g2);
     grad.set(item, g * R(kept));
     const Vector3<double> lacks = in_double(g) * (1 - kept);
-    const Vector3<double> m = cross(in_double(fans.p.between(particle[item], fans.origin)), lacks);
+    const Vector3<double> m = cross(in_double(fans.p.difference(particle[item], fans.origin)), lacks);
     return {sums.grad2 * kept, {lacks.x, lacks.y, lacks.z}, {m.x, m.y, m.z}, 1, 0};
   }
 };
 
-/// How fast the volume grows along a way that was found for the gradient at the substep's start: w grad of it, or what
-/// a filter makes of that (`way`, of each particle).
+/// Derivative of the volume along the direction of the projection: w grad at the start of the substep, or what a filter
+/// makes of that (`way`, of each particle).
 struct AlongSum {
   double now = 0, start = 0;
   KERNEL AlongSum& operator+=(const AlongSum& o) {
     now += o.now, start += o.start;
     return *this;
   }
-  /// Half of what it was at the start counts at least: a body that has turned far is pushed the less.
+  /// At least half of the value at the start: after a large rotation the push is smaller.
   KERNEL double value() const { return max(now, 0.5 * start); }
 };
 template <class R>
@@ -123,7 +123,7 @@ struct InertiaSum {
   }
 };
 
-/// What the launches of a projection leave for each other.
+/// State between the launches of a projection.
 struct PressureState {
   Sum volume;        // m^3
   GradientSum sums;  // of the gradient at the start of a substep
@@ -133,11 +133,11 @@ struct PressureState {
   bool moves = false;
   Vector3<double> centre{}, shift{}, turn{};  // m, from the origin particle; of the rigid motion, per unit of lambda
 
-  /// A body that pins hold has no momenta to keep.
+  /// Momenta are corrected only for bodies with clamped particles and without pins.
   KERNEL bool returns_momenta() const { return sums.clamped > 0 && sums.pinned == 0; }
 };
 
-/// Of one item; nothing where no momenta are to be given back.
+/// Contribution of one item; 0 if no momenta are corrected.
 template <class R>
 struct MeasureInertia {
   const PressureState* state;
@@ -149,15 +149,15 @@ struct MeasureInertia {
     if (!state->returns_momenta()) return {};
     const int i = particle[item];
     const double m = 1 / double(w[i]);
-    const Vector3<double> r = in_double(p.between_at_start(i, origin)), mr = r * m;
+    const Vector3<double> r = in_double(p.start_difference(i, origin)), mr = r * m;
     InertiaSum sum{m, {mr.x, mr.y, mr.z}};
     add_inertia(sum.I, m, r);
     return sum;
   }
 };
 
-/// At the start of a substep: the rigid motion with the momenta of the push that clamped particles lack. It changes no
-/// volume.
+/// Computes, at the start of a substep, the rigid motion with the momenta of the push that clamped particles lack. It
+/// does not change the volume.
 struct StartPressure {
   PressureState* state;
   KERNEL void operator()(int) const {
@@ -177,7 +177,7 @@ struct StartPressure {
   }
 };
 
-/// The push (XPBD, Macklin et al. 2016, equation 18). One item.
+/// Computes dlambda (XPBD, Macklin et al. 2016, equation 18). Launched with one item.
 struct PushPressure {
   PressureState* state;
   double target;  // m^3
@@ -192,15 +192,15 @@ struct PushPressure {
   }
 };
 
-/// The gradient as a force on each particle of the mesh. One item.
+/// Stores the gradient as a force on each particle of the mesh.
 template <class R>
-struct PutPressure {
+struct StorePressureForce {
   const int* particle;
   Points<R> grad, force;
   KERNEL void operator()(int item) const { force.set(particle[item], grad[item]); }
 };
 
-/// d += way dlambda. One particle of the body.
+/// d += way dlambda for the particles of the body.
 template <class R>
 struct ApplyFilteredPressure {
   Displaced<R> p;
@@ -209,7 +209,7 @@ struct ApplyFilteredPressure {
   const PressureState* state;
   KERNEL void operator()(int member) const {
     const int i = members[member];
-    if (state->moves) p.add(i, way[i] * R(state->dlambda));
+    if (state->moves) p.add_displacement(i, way[i] * R(state->dlambda));
   }
 };
 
@@ -227,10 +227,10 @@ struct ApplyPressure {
     if (!(w[i] > R(0)) || !state->moves) return;
     Vector3<R> way = grad[item] * (w[i] * R(state->dlambda));
     if (state->returns_momenta()) {
-      const Vector3<double> r = in_double(p.between_at_start(i, origin)) - state->centre;
+      const Vector3<double> r = in_double(p.start_difference(i, origin)) - state->centre;
       way = way + rounded<R>((state->shift + cross(state->turn, r)) * state->dlambda);
     }
-    p.add(i, way);
+    p.add_displacement(i, way);
   }
 };
 

@@ -15,14 +15,14 @@ struct MeasureSpeed {
   }
 };
 
-/// v = 0; x stays, bit by bit.
+/// v = 0; x keeps its bits.
 template <class R>
-struct Still {
+struct ClearVelocity {
   Points<R> v;
   KERNEL void operator()(int i) const { v.set(i, {R(0), R(0), R(0)}); }
 };
 
-/// The axis-aligned box round all particles.
+/// Axis-aligned bounding box of all particles.
 struct Bounds {
   double lower[3] = {INFINITY, INFINITY, INFINITY}, upper[3] = {-INFINITY, -INFINITY, -INFINITY};
   KERNEL Bounds& operator+=(const Bounds& o) {

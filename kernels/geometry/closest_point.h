@@ -12,10 +12,10 @@ namespace malha {
 template <class R>
 KERNEL R clamped(R t) {
   const R least = t > R(0) ? t : R(0);
-  return least < R(1) ? least : R(1);  // without a branch, which nothing would predict
+  return least < R(1) ? least : R(1);  // without a branch, which would be unpredictable
 }
 
-/// Where on the segment of direction d from the origin lies the point closest to p: 0 at its start, 1 at its end.
+/// Parameter of the point closest to p on the segment of direction d from the origin: 0 at its start, 1 at its end.
 template <class R>
 KERNEL R closest_on_segment(const Vector3<R>& d, const Vector3<R>& p) {
   const R length2 = dot(d, d);
@@ -40,7 +40,7 @@ KERNEL Vector3<R> closest_on_triangle(const Vector3<R>& b, const Vector3<R>& c, 
   return {R(0), R(1) - bc, bc};
 }
 
-/// How far along they lie (0 to 1): the closest points of the segment of direction d from the origin, and of that of
+/// Parameters (0 to 1) of the closest points of the segment of direction d from the origin and of the segment of
 /// direction e from r (Ericson, "Real-Time Collision Detection", 2005, section 5.1.9).
 template <class R>
 struct SegmentPoints {
@@ -48,8 +48,7 @@ struct SegmentPoints {
 };
 template <class R>
 KERNEL SegmentPoints<R> closest_on_segments(const Vector3<R>& d, const Vector3<R>& e, const Vector3<R>& r) {
-  constexpr R kParallel =
-      sizeof(R) == 4 ? R(1e-6) : R(1e-14);  // sin^2: below it any pair across from each other will do
+  constexpr R kParallel = sizeof(R) == 4 ? R(1e-6) : R(1e-14);  // sin^2: below it segments count as parallel
   const R d2 = dot(d, d), e2 = dot(e, e), de = dot(d, e), dr = dot(d, r), er = dot(e, r);
   const R area2 = d2 * e2 - de * de;
   R s = area2 > kParallel * d2 * e2 ? clamped((dr * e2 - de * er) / area2) : R(0);
@@ -59,7 +58,7 @@ KERNEL SegmentPoints<R> closest_on_segments(const Vector3<R>& d, const Vector3<R
   return {s, t};
 }
 
-/// Where on a triangle: on an edge (k joins corners k and k + 1), at a corner, or else on the face.
+/// A point of a triangle with its feature: an edge (k joins corners k and k + 1), a corner, or otherwise the face.
 struct OnTriangle {
   Vector3<double> q;
   int corner = -1, edge = -1;
@@ -81,7 +80,7 @@ KERNEL OnTriangle nearest_on_triangle(const Vector3<double>& p, const Vector3<do
   return {a + ab * (vb * per) + ac * (vc * per), -1, -1};
 }
 
-/// The same for S a number or a pack: not a number where nearest_on_triangle has none. Zeros may differ in their sign.
+/// The same for a number or a pack S: NaN where nearest_on_triangle gives NaN. Zeros may differ in sign.
 template <class S>
 struct NearestPoint {
   Vector3<S> q;
@@ -98,7 +97,7 @@ KERNEL NearestPoint<S> nearest_point(const Vector3<S>& p, const Vector3<S>& a, c
   const auto not_a = (d1 > zero) | (d2 > zero), not_b = (d3 < zero) | (d4 > d3), not_c = (d6 < zero) | (d5 > d6);
   const auto not_ab = (vc > zero) | (d1 < zero) | (d3 > zero), not_bc = (va > zero) | (d43 < zero) | (d56 < zero);
   const auto not_ac = (vb > zero) | (d2 < zero) | (d6 > zero);
-  // Of several that hold, the first in the order of nearest_on_triangle counts.
+  // If several conditions hold, the first in the order of nearest_on_triangle counts.
   const S over = select(not_ab, select(not_bc, select(not_ac, one, d2), d43), d1);
   const S under = select(not_ab, select(not_bc, select(not_ac, va + vb + vc, d2 - d6), d43 + d5 - d6), d1 - d3);
   const S r = over / under;
@@ -121,10 +120,10 @@ KERNEL OnTriangle on_triangle(const Vector3<double>& q, int feature) {
   return {q, feature < 3 ? feature : -1, feature >= 3 && feature < 6 ? feature - 3 : -1};
 }
 
-/// Of four particles. A particle and a triangle: the particle first. Two edges: the ends of the one, then of the other.
+/// Pair of primitives with four particles: a particle and a triangle, or two edges, one primitive after the other.
 enum class PairKind { Face, Edges };
 
-/// How many of the four are the one side.
+/// Number of particles of the first primitive.
 KERNEL constexpr int first_side(PairKind kind) { return kind == PairKind::Face ? 1 : 2; }
 
 template <class S>
@@ -139,8 +138,8 @@ KERNEL S nearest_on(const Vector3<S>& d, const Vector3<S>& p) {
   return select(length2 > zero, clamped_lanes(dot(d, p) / length2), zero);
 }
 
-/// Fills in the weights, positive on the one side and negative on the other; their sum is 0. Returns where the closest
-/// points lie inside both edges, or anywhere of a triangle.
+/// Computes the weights of the closest points, positive for the first primitive and negative for the second; their sum
+/// is 0. Returns a mask: whether they lie in the interior of both edges, or, of a particle and a triangle, always.
 template <PairKind kind, class S>
 KERNEL auto weigh(const Vector3<S> (&x)[4], S (&w)[4]) {
   using R = typename RealOf<S>::type;
@@ -174,13 +173,14 @@ KERNEL auto weigh(const Vector3<S> (&x)[4], S (&w)[4]) {
   }
 }
 
-/// From the other side's closest point to the one's. Weighted differences: nothing cancels far from the origin.
+/// The vector from the second primitive's closest point to the first's, from differences, without cancellation far from
+/// the origin.
 template <class S>
-KERNEL Vector3<S> apart_by(const Vector3<S> (&x)[4], const S (&w)[4]) {
+KERNEL Vector3<S> closest_difference(const Vector3<S> (&x)[4], const S (&w)[4]) {
   return (x[1] - x[0]) * w[1] + (x[2] - x[0]) * w[2] + (x[3] - x[0]) * w[3];
 }
 
-/// The lowest of four numbers on the one side, less the highest on the other.
+/// The smallest of the numbers of the first primitive less the largest of the second.
 template <PairKind kind, class S>
 KERNEL S gap_along_normal(const S (&at)[4]) {
   if constexpr (kind == PairKind::Face)

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// Simplices (triangles, edges of no triangle, loose particles), boxes, and which of them may meet.
+// Simplices (triangles, edges of no triangle, loose particles), bounding boxes, and candidate pairs.
 #pragma once
 #include "kernels/parallel/sort.h"
 #include "kernels/simd/particles.h"
 
 namespace malha {
 
-/// A triangle, or what there is without one: an edge (a, b, b), a loose particle (a, a, a). Every particle and every
-/// edge belongs to one simplex, so that pairs of them are found once (Curtis, Tamstorf, Manocha, "Fast Collision
-/// Detection for Deformable Models using Representative-Triangles", 2008).
+/// A triangle, an edge of no triangle (a, b, b), or a loose particle (a, a, a). Every particle and every edge belongs
+/// to one simplex, so that pairs of them are found once (Curtis, Tamstorf, Manocha, "Fast Collision Detection for
+/// Deformable Models using Representative-Triangles", 2008).
 struct Simplex {
   int corner[3];
-  int has;  // bits: 0 to 2 its corners, 3 to 5 its edges (corner k to the next), 6: it is a face
+  int has;  // bits: 0 to 2 owned corners, 3 to 5 owned edges (corner k to the next), 6: is a face
   KERNEL bool owns_corner(int k) const { return (has >> k) & 1; }
   KERNEL bool owns_edge(int k) const { return (has >> (3 + k)) & 1; }
   KERNEL bool is_face() const { return (has >> 6) & 1; }
@@ -34,17 +34,17 @@ KERNEL Box<R> merge(const Box<R>& a, const Box<R>& b) {
           {max(a.high.x, b.high.x), max(a.high.y, b.high.y), max(a.high.z, b.high.z), R(0)}};
 }
 
-/// Where the particles may go in a substep: from x along d and `margin` further in every direction.
+/// Swept bounds of the particles in a substep: from x along d, larger by `margin` in every direction.
 template <class R>
-struct Reaches {
+struct ParticleBounds {
   ScatteredPoints<R> x, d;
   R margin;
   Box<R>* boxes;  // of the particles
 };
 
 template <class R>
-struct BoxParticles {
-  Reaches<R> reaches;
+struct ComputeParticleBounds {
+  ParticleBounds<R> reaches;
   KERNEL void operator()(int i) const {
     const Vector3<R> a = reaches.x[i], b = a + reaches.d[i];
     const R m = reaches.margin;
@@ -53,7 +53,7 @@ struct BoxParticles {
   }
 };
 
-/// A pair that may meet: a particle and a triangle (i, then three corners), or two edges (~i and its end, two ends).
+/// A candidate pair: a particle and a triangle (i, then three corners), or two edges (~i and its end, two ends).
 struct Candidate {
   int i[4];
   KERNEL bool are_edges() const { return i[0] < 0; }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A bounding volume hierarchy of triangles that do not move, walked without a stack: a node is followed by its
-// children, and says where to go on if nothing below it is of interest.
+// A bounding volume hierarchy of static triangles, traversed without a stack: a node is followed by its children, and
+// has the index of the node after its subtree, where the traversal continues if the node is rejected.
 #pragma once
 #include "kernels/geometry/simplex.h"
 
@@ -12,7 +12,7 @@ struct BoxNode {
   int triangle;           // of a leaf; others: below 0
 };
 
-/// What lies between two planes along n, in multiples of its length from a point. Without an n: everything.
+/// The slab between two planes along n, in multiples of its length from a point; with n = 0, all of space.
 template <class R>
 struct Slab {
   Vector3<R> at, n;

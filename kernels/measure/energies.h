@@ -19,7 +19,7 @@ struct Motion {
   }
 };
 
-/// Of the movable particles; the potential is that of gravity, -m g . x.
+/// Sums over the movable particles; potential energy is that of gravity, -m g . x.
 template <class R>
 struct MeasureMotion {
   Particles<R> particles;
@@ -41,7 +41,7 @@ struct MeasureMotion {
   }
 };
 
-/// Sums over lengths: of squared strains, and which is the largest.
+/// Sum of squared strains, and the largest strain.
 struct LengthSum {
   double strain2 = 0, most = 0;
   int at = -1;
@@ -81,7 +81,7 @@ struct Volumes {
   }
 };
 
-/// Of tetrahedra. Point: a type with elements 0, 1, 2 (m).
+/// Volume of a tetrahedron. Point: a type with elements 0, 1, 2 (m).
 template <class Point>
 struct MeasureVolume {
   const Point *X, *x;  // at rest, and now

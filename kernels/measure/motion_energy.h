@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Energy of motion and of height, summed often: what a solver watches while it runs.
+// Kinetic and potential energy, which the energy guard sums during a run.
 #pragma once
 #include "kernels/simd/particles.h"
 
@@ -13,7 +13,7 @@ struct MotionEnergy {
   }
 };
 
-/// Of the movable particles, in double: float has no squares of its largest numbers.
+/// Energy of the movable particles, in double, because squares of large floats overflow.
 template <class R>
 struct MeasureMotionEnergy {
   Particles<R> particles;
@@ -32,7 +32,7 @@ struct ParticleRun {
   int first, count, group;
 };
 
-/// The energy of each run: those of many bodies in one launch.
+/// Energy of each run, for many bodies in one launch.
 template <class R>
 struct MeasureRuns {
   MeasureMotionEnergy<R> of;

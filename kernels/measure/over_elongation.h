@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How far distance limits are exceeded.
+// Excess over maximal lengths.
 #pragma once
 #include "kernels/simd/particles.h"
 
@@ -13,14 +13,14 @@ struct Largest {
   }
 };
 
-/// |p_i - p_j| / longest - 1.
+/// The excess |p_i - p_j| / longest - 1.
 template <class R, class At>
 struct MeasureExcess {
   At p;
   const int* ends;   // two a limit
   const R* longest;  // m
   KERNEL Largest operator()(int c) const {
-    const Vector3<R> d = p.between(ends[2 * c], ends[2 * c + 1]);
+    const Vector3<R> d = p.difference(ends[2 * c], ends[2 * c + 1]);
     return {longest[c] > R(0) ? double(sqrt(dot(d, d)) / longest[c]) - 1 : 0};
   }
 };

@@ -1,27 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a coarse constraint does: its particles are no farther apart than the surface between them is long, and are not
-// brought closer than they arrived, so that folds stay as they are.
+// Coarse constraints: they keep the distance of two particles at most as long as the surface between them, and do not
+// shorten it below its value on arrival (after restriction), so that folds stay as they are.
 #pragma once
 #include "kernels/constraints/constraint_registry.h"
 
 namespace malha {
 
-/// min(l, |p0 - p1| on arrival) <= |p0 - p1| <= l. No scene names it.
+/// min(l, |p0 - p1| on arrival) <= |p0 - p1| <= l. Scenes cannot use it.
 struct Coarse : Distance {
   static constexpr const char* name = "coarse";
-  static constexpr bool remembers = true;  // how far apart particles arrived, in the patch's memory
+  static constexpr bool stores_arrival = true;  // the distance on arrival, in the patch's memory
 };
 
-/// Whether constraints of these kinds need a number each there.
+/// Whether constraints of these kinds need a number each in the patch's memory.
 template <class... Kinds>
-constexpr bool remembers(KindList<Kinds...>) {
-  return (requires { Kinds::remembers; } || ...);
+constexpr bool stores_arrival(KindList<Kinds...>) {
+  return (requires { Kinds::stores_arrival; } || ...);
 }
 
-/// Two sweeps: a fresh one notes how far apart the particles arrived, the next one projects.
+/// The first sweep stores the distances on arrival, the following ones project.
 template <class R>
 struct Correct<Coarse, Update::Stiff, R> {
-  R* least;  // from the batch's first slot on
+  R* least;  // smallest distances, from the batch's first slot on
   R number;  // k'
   bool first_iteration, from_start;
 
@@ -29,7 +29,7 @@ struct Correct<Coarse, Update::Stiff, R> {
       : least(set.lambda + slot), number(set.stiffness), first_iteration(first), from_start(set.from_start) {}
 
   template <class S>
-  KERNEL void operator()(Moving<S> (&q)[2], const RestOf<S, 1>& rest, int at) const {
+  KERNEL void operator()(PatchParticle<S> (&q)[2], const RestOf<S, 1>& rest, int at) const {
     Vector3<S> before = or_zero(rest.valid, q[0].x - q[1].x);
     const Vector3<S> now = before + or_zero(rest.valid, q[0].d - q[1].d);
     if (!from_start) before = now;
@@ -38,9 +38,10 @@ struct Correct<Coarse, Update::Stiff, R> {
     S low;
     load(least + at, low);
     const S zero(R(0)), excess = length - max(low, select(length < most, length, most));
-    // Along the way between them where the substep began, as all constraints (kernels/projection/project_constraint.h).
+    // The direction is that at the start of the substep, as of all constraints
+    // (kernels/projection/project_constraint.h).
     const S cross = dot(now, before);
-    const auto small = (cross > zero) & (abs(excess) * length <= S(R(kSmall)) * cross);
+    const auto small = (cross > zero) & (abs(excess) * length <= S(R(kMaxStartCorrection)) * cross);
     const Vector3<S> along = either(small, before, now);
     const S sum = select(small, cross, length * length) * (q[0].w + q[1].w);
     const auto moves = sum > S(tiny<R>());

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The particles of a level arrive: they are the mass centres of finer ones, patch by patch of these.
+// Restriction: positions and displacements of a level's particles, which are mass centres of finer particles, computed
+// by the patches of the finer level.
 #pragma once
 #include "kernels/forces/motion.h"
 #include "kernels/multilevel/transfer.h"
@@ -7,28 +8,28 @@
 
 namespace malha {
 
-/// Where means of a patch's particles go: `means` are of places in the patch's memory. Of a mean of several patches
-/// each leaves its part; SumPartialRestrictions joins them.
+/// Destination of a restriction. The terms of `means` index the memory of a patch. If the finer particles of a coarse
+/// one lie in several patches, each of them stores a partial sum, and SumPartialRestrictions adds those.
 template <class R>
 struct RestrictionTarget {
   MeansView<R> means;
   const int* place;
-  Points<R> x, d;     // where the substep begins, from the origin of their body, and the way from there
-  Points<R> origins;  // of bodies; null: what goes up is from there already
+  Points<R> x, d;     // position at the start of the substep relative to the body's origin, and displacement
+  Points<R> origins;  // of bodies; null: the finer positions are relative to them already
 };
 
-/// From the patch's memory.
+/// Restricts the particles in a patch's memory.
 template <class R, class Group, class Local>
-KERNEL void restrict_to(const Group& group, const RestrictionTarget<R>& up, const Local& local) {
+KERNEL void restrict_to(const Group& group, const RestrictionTarget<R>& target, const Local& local) {
   const auto scatter = [&](const Points<R>& to) KERNEL_LAMBDA {
     return [=](const MeanRun& run, int k, const auto& mean)
-               KERNEL_LAMBDA { scatter_points(to, up.place + run.to + k, mean); };
+               KERNEL_LAMBDA { scatter_points(to, target.place + run.to + k, mean); };
   };
-  up.means.each(group, local, scatter(up.x));
-  up.means.each(group, local.ways(), scatter(up.d));
+  target.means.each(group, local, scatter(target.x));
+  target.means.each(group, local.displacements(), scatter(target.d));
 }
 
-/// Where particles will be after dt if nothing but gravity moves them; null v: where they go.
+/// Particles after dt if only gravity acts on them; with null v, at their current positions.
 template <class R>
 struct PredictedParticles {
   Displaced<R> p;
@@ -38,56 +39,56 @@ struct PredictedParticles {
   R dt;                // s
   Vector3<R> gravity;  // m/s^2
 
-  /// Those of a segment, into the patch's memory.
+  /// Loads those of a segment into the patch's memory.
   template <class Group, class Local>
   KERNEL void load_segment(const Group& group, const Segment& segment, const Local& local) const {
     const bool predicts = v.x && segment.movable;
     const Vector3<R> origin = origins.x ? origins[segment.body] : Vector3<R>{R(0), R(0), R(0)};
-    cover<R>(group, segment.count, [&]<class T>(int i, T) KERNEL_LAMBDA {
+    for_each_pack<R>(group, segment.count, [&]<class T>(int i, T) KERNEL_LAMBDA {
       const int at = segment.global + i;
-      Moving<T> q;
+      PatchParticle<T> q;
       load(w + at, q.w);
-      q.x = origins.x ? load_near(p, at, origin, T()) : load_points<T>(p.x, at);
+      q.x = origins.x ? load_start(p, at, origin, T()) : load_points<T>(p.x, at);
       if (predicts) {
         const Vector3<T> g{T(gravity.x), T(gravity.y), T(gravity.z)};
         q.d = apply_gravity(load_points<T>(v, at), q.w, g, T(dt)) * T(dt);
       } else {
         q.d = load_points<T>(p.d, at);
       }
-      local.fill(segment.local + i, q);
+      local.store_particle(segment.local + i, q);
     });
   }
 };
 
-/// One visit to a patch of the finer particles.
+/// Restricts the particles of one patch of the finer level.
 template <class R>
 struct Restrict {
   using Shared = void;
   const Patch* patches;
   const Segment* segments;
   PredictedParticles<R> from;
-  RestrictionTarget<R> up;
+  RestrictionTarget<R> target;
 
   template <class Group>
   KERNEL void operator()(const Group& group) const {
     const Patch& patch = patches[group.index];
     R* memory = static_cast<R*>(group.memory);
     if (patch.columns)
-      visit(group, patch, SoaView<R>::over(memory, patch.slots));
+      restrict_patch(group, patch, SoaView<R>::over(memory, patch.slots));
     else
-      visit(group, patch, AosView<R>::over(memory, patch.slots));
+      restrict_patch(group, patch, AosView<R>::over(memory, patch.slots));
   }
 
  private:
   template <class Group, class Local>
-  KERNEL void visit(const Group& group, const Patch& patch, const Local& local) const {
+  KERNEL void restrict_patch(const Group& group, const Patch& patch, const Local& local) const {
     for (int s = patch.segment; s < patch.segment + patch.segments; ++s)
-      if (segments[s].last_visit) from.load_segment(group, segments[s], local);
-    restrict_to(group, up, local);
+      if (segments[s].last_solve) from.load_segment(group, segments[s], local);
+    restrict_to(group, target, local);
   }
 };
 
-/// x[at[k]] += the parts begin[k] .. begin[k + 1] - 1, and d likewise.
+/// x[at[k]] += the partial sums begin[k] .. begin[k + 1] - 1, and d likewise.
 template <class R>
 struct SumPartialRestrictions {
   const int *at, *begin;

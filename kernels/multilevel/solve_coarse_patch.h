@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Solves one patch of a level: its particles arrive, follow the next coarser level, are projected, and leave what
-// was changed of them for the next finer one.
+// Solves one patch of a level: loads its restricted particles, adds the correction of the next coarser level, projects,
+// and stores the correction for the next finer level.
 #pragma once
 #include "kernels/multilevel/coarse_constraint.h"
 #include "kernels/multilevel/transfer.h"
@@ -14,42 +14,42 @@ struct SolveCoarsePatch {
   const Segment* segments;
   const Batch* batches;
   const SetView<R>* sets;
-  Points<R> x;        // where the substep begins, from the origin of their body, m
-  Points<R> arrival;  // the ways with which they arrive, m
-  Points<R> d;        // those of particles that are visited again, between the visits
+  Points<R> x;        // position at the start of the substep, relative to the body's origin, m
+  Points<R> arrival;  // restricted displacement, m
+  Points<R> d;        // displacement of particles that are solved again, between the solves, m
   const R* w;         // 1/kg, 0 where pinned
-  Points<R> delta;    // d - arrival, by rank: as columns, or, where there are any, as rows
+  Points<R> delta;    // result d - arrival, by rank: a structure of arrays or, if delta_rows is not null, rows
   ScatteredPoints<R> delta_rows;
-  const int* rank;           // of each particle
-  ProlongationView<R> down;  // of the next coarser level, if there is one
-  bool prefetches;           // as in Visit,
-  bool there, back;          // and so are these: two sweeps halve the error of one for a tenth of a step's time
+  const int* rank;                   // of each particle
+  ProlongationView<R> prolongation;  // from the next coarser level, if there is one
+  bool prefetches;                   // as in SolvePatch
+  bool forward, backward;            // as in SolvePatch: both halve the error of one for a tenth of a step's time
 
   template <class Group>
   KERNEL void operator()(const Group& group) const {
     const Patch& patch = patches[group.index];
     R* memory = static_cast<R*>(group.memory);
     if (patch.columns)
-      visit(group, patch, SoaView<R>::over(memory, patch.slots));
+      solve(group, patch, SoaView<R>::over(memory, patch.slots));
     else
-      visit(group, patch, AosView<R>::over(memory, patch.slots));
+      solve(group, patch, AosView<R>::over(memory, patch.slots));
   }
 
  private:
   template <class Group, class Local>
-  KERNEL void visit(const Group& group, const Patch& patch, const Local& local) const {
+  KERNEL void solve(const Group& group, const Patch& patch, const Local& local) const {
     const int begin = patch.segment, end = patch.segment + patch.segments;
     for (int s = begin; s < end; ++s) load_segment(group, segments[s], local);
-    project(group, patch, local, Way::Arrival);
+    project(group, patch, local, Sweep::Arrival);
     for (int s = begin; s < end; ++s)
-      if (!(there && segments[s].first_visit)) go_on(group, segments[s], local);
-    if (there && down.means.begin) prolongate(group, down, local);
-    if (there) project(group, patch, local, Way::There);
-    if (back) project(group, patch, local, Way::Back);
+      if (!(forward && segments[s].first_solve)) load_displacements(group, segments[s], local);
+    if (forward && prolongation.means.begin) prolongate(group, prolongation, local);
+    if (forward) project(group, patch, local, Sweep::Forward);
+    if (backward) project(group, patch, local, Sweep::Backward);
     for (int s = begin; s < end; ++s)
       if (segments[s].movable) store_correction(group, segments[s], local);
   }
-  enum class Way { Arrival, There, Back };
+  enum class Sweep { Arrival, Forward, Backward };
 
   KERNEL void prefetch_patch(const Patch& patch, int part, int parts) const {
     for (int s = patch.segments * part / parts; s < patch.segments * (part + 1) / parts; ++s) {
@@ -63,52 +63,52 @@ struct SolveCoarsePatch {
 
   template <class Group, class Local>
   KERNEL void load_segment(const Group& group, const Segment& segment, const Local& local) const {
-    cover<R>(group, segment.count, [&]<class T>(int i, T) KERNEL_LAMBDA {
+    for_each_pack<R>(group, segment.count, [&]<class T>(int i, T) KERNEL_LAMBDA {
       const int at = segment.global + i;
-      Moving<T> q{load_points<T>(x, at), load_points<T>(arrival, at), T()};
+      PatchParticle<T> q{load_points<T>(x, at), load_points<T>(arrival, at), T()};
       load(w + at, q.w);
-      local.fill(segment.local + i, q);
+      local.store_particle(segment.local + i, q);
     });
   }
   template <class Group, class Local>
-  KERNEL void go_on(const Group& group, const Segment& segment, const Local& local) const {
+  KERNEL void load_displacements(const Group& group, const Segment& segment, const Local& local) const {
     if (!segment.movable) return;
-    cover<R>(group, segment.count, [&]<class T>(int i, T) KERNEL_LAMBDA {
-      local.write(segment.local + i, load_points<T>(d, segment.global + i));
+    for_each_pack<R>(group, segment.count, [&]<class T>(int i, T) KERNEL_LAMBDA {
+      local.store_displacement(segment.local + i, load_points<T>(d, segment.global + i));
     });
   }
 
   template <class Group, class Local>
   KERNEL void store_correction(const Group& group, const Segment& segment, const Local& local) const {
-    const bool last = back && segment.last_visit;
-    cover<R>(group, segment.count, [&]<class T>(int i, T) KERNEL_LAMBDA {
-      const Vector3<T> way = local.template way<T>(segment.local + i);
+    const bool last = backward && segment.last_solve;
+    for_each_pack<R>(group, segment.count, [&]<class T>(int i, T) KERNEL_LAMBDA {
+      const Vector3<T> displacement = local.template load_displacement<T>(segment.local + i);
       const int at = segment.global + i;
       if (last && delta_rows.of)
-        scatter_points(delta_rows, rank + at, way - load_points<T>(arrival, at));
+        scatter_points(delta_rows, rank + at, displacement - load_points<T>(arrival, at));
       else if (last)
-        scatter_points(delta, rank + at, way - load_points<T>(arrival, at));
+        scatter_points(delta, rank + at, displacement - load_points<T>(arrival, at));
       else
-        store_points(d, at, way);
+        store_points(d, at, displacement);
     });
   }
 
-  /// `least`: a place for every slot of the patch's constraints, in the order of its batches.
+  /// `least`: the smallest distance of each slot of the patch's constraints, in the order of its batches.
   template <class Group, class Local>
   struct ProjectBatches {
     Group group;
     Local local;
-    const SolveCoarsePatch* visit;
+    const SolveCoarsePatch* solve;
     R* least;
-    Way way;
+    Sweep sweep;
     const Patch* patch;
     KERNEL void operator()(int b) const {
-      const bool first_iteration = way == Way::Arrival;
-      if (way == Way::Back) b = 2 * patch->batch + patch->batches - 1 - b;
-      if (first_iteration && visit->prefetches && group.next >= 0)
-        visit->prefetch_patch(visit->patches[group.next], b - patch->batch, patch->batches);
-      Batch batch = visit->batches[b];
-      SetView<R> set = visit->sets[batch.set];
+      const bool first_iteration = sweep == Sweep::Arrival;
+      if (sweep == Sweep::Backward) b = 2 * patch->batch + patch->batches - 1 - b;
+      if (first_iteration && solve->prefetches && group.next >= 0)
+        solve->prefetch_patch(solve->patches[group.next], b - patch->batch, patch->batches);
+      Batch batch = solve->batches[b];
+      SetView<R> set = solve->sets[batch.set];
       set.lambda = least;
       batch.slot = batch.first;
       malha::project<Coarse, Update::Stiff>(group, local, set, batch, first_iteration);
@@ -116,10 +116,10 @@ struct SolveCoarsePatch {
   };
 
   template <class Group, class Local>
-  KERNEL void project(const Group& group, const Patch& patch, const Local& local, Way way) const {
-    R* least = static_cast<R*>(group.memory) + size_t(kLocalNumbers) * patch.slots;
+  KERNEL void project(const Group& group, const Patch& patch, const Local& local, Sweep sweep) const {
+    R* least = static_cast<R*>(group.memory) + size_t(kNumbersPerParticle) * patch.slots;
     group.call_outlined(patch.batch, patch.batch + patch.batches,
-                        ProjectBatches<Group, Local>{group, local, this, least, way, &patch});
+                        ProjectBatches<Group, Local>{group, local, this, least, sweep, &patch});
   }
 };
 

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Restriction and prolongation: weighted means between a level and the next finer one. Where many side by side read
-// what lies side by side, they are computed as packs of columns, and otherwise one by one, of rows.
+// Restriction and prolongation: weighted means between a level and the next finer one. Runs of consecutive means with
+// consecutive terms are computed as packs, from a structure of arrays; otherwise means are computed one by one, from
+// rows.
 #pragma once
 #include "kernels/projection/patch_memory.h"
 #include "kernels/simd/for_each_pack.h"
 
 namespace malha {
 
-/// Means to .. to + count - 1: mean k is the sum of weight * (number from + k) over the terms.
+/// Means to .. to + count - 1: mean to + k is the sum of weight * value[from + k] over the terms.
 struct MeanRun {
   int to, count;
   int term, terms;
@@ -18,19 +19,20 @@ struct MeanTerm {
   R weight;
 };
 
-/// Runs piece by piece: those of piece g are begin[g] .. begin[g + 1] - 1.
+/// Runs of means, piece by piece: those of piece g are begin[g] .. begin[g + 1] - 1.
 template <class R>
 struct MeansView {
   const int* begin;
   const MeanRun* runs;
   const MeanTerm<R>* terms;
 
-  /// Calls work(run, k, mean) for every mean or pack of them of a piece, each once. Of columns: a Vector3 of lanes.
+  /// Calls work(run, k, mean) once for every mean, or pack of means, of a piece. From a structure of arrays `mean` is a
+  /// Vector3 of lanes.
   template <class Group, class Work>
   KERNEL void each(const Group& group, const SoaView<R>& from, const Work& work) const {
     for (int r = begin[group.index]; r < begin[group.index + 1]; ++r) {
       const MeanRun& run = runs[r];
-      cover_once<R>(group, run.count, [&]<class T>(int k, T) KERNEL_LAMBDA {
+      for_each_pack_once<R>(group, run.count, [&]<class T>(int k, T) KERNEL_LAMBDA {
         const MeanTerm<R>* term = terms + run.term;
         Vector3<T> sum = point<T>(from, term->from + k) * T(term->weight);
         for (int t = 1; t < run.terms; ++t) sum = sum + point<T>(from, term[t].from + k) * T(term[t].weight);
@@ -38,7 +40,7 @@ struct MeansView {
       });
     }
   }
-  /// Of rows: a Vec4. Its w is the rows'.
+  /// From rows it is a Vec4, whose w is the mean of theirs.
   template <class Group, class Work>
   KERNEL void each(const Group& group, const AosView<R>& from, const Work& work) const {
     group.for_each(begin[group.index + 1] - begin[group.index], [&](int i) KERNEL_LAMBDA {
@@ -61,7 +63,7 @@ struct MeansView {
   }
 };
 
-/// Means of what a level leaves: of columns, or, where there are any, of rows.
+/// Means of a level's corrections: from a structure of arrays, or from rows if there are any.
 template <class R>
 struct ProlongationView {
   MeansView<R> means;
@@ -76,25 +78,26 @@ struct ProlongationView {
   }
 };
 
-/// Adds to the ways of a patch's particles what they follow; `to` is a place in its memory.
+/// Adds the coarse correction to the displacements of a patch's particles; `to` of a run indexes its memory.
 template <class R, class Group, class Local>
-KERNEL void prolongate(const Group& group, const ProlongationView<R>& down, const Local& local) {
-  down.each(group, [&](const MeanRun& run, int k, const auto& mean) KERNEL_LAMBDA { local.add(run.to + k, mean); });
+KERNEL void prolongate(const Group& group, const ProlongationView<R>& prolongation, const Local& local) {
+  prolongation.each(group, [&](const MeanRun& run, int k, const auto& mean)
+                               KERNEL_LAMBDA { local.add_displacement(run.to + k, mean); });
 }
 
-/// The same where particles are in their arrays.
+/// The same for particles in their arrays.
 template <class R>
 struct Prolongate {
   using Shared = void;
-  ProlongationView<R> down;
+  ProlongationView<R> prolongation;
   Points<R> d;
   template <class Group>
   KERNEL void operator()(const Group& group) const {
-    prolongate(group, down, SoaView<R>{nullptr, nullptr, nullptr, nullptr, d.x, d.y, d.z});
+    prolongate(group, prolongation, SoaView<R>{nullptr, nullptr, nullptr, nullptr, d.x, d.y, d.z});
   }
 };
 
-/// Points one by one to where `place` says.
+/// Scatters a point, or the points of a pack, to points[place[0]], points[place[1]], ...
 template <class T, class Store>
 KERNEL void scatter_points(const Store& points, const int* place, const Vector3<T>& a) {
   if constexpr (sizeof(T) == sizeof(typename RealOf<T>::type))

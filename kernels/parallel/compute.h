@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The compute abstraction, and the only file that knows a backend: executors and launches.
+// Executors and launches: the compute abstraction, and the only file that depends on a host backend.
 // A kernel is a named functor with `KERNEL void operator()(int item) const`. The partition of the work depends on the
 // item count alone, never on the number of threads, so that results are the same bits on any number of them.
 #pragma once
@@ -24,7 +24,7 @@ struct OpenMP {
   Instructions instructions = widest_instructions();
 };
 
-/// As many threads as the backend offers: OMP_NUM_THREADS, or the cores.
+/// Number of threads that the backend offers: OMP_NUM_THREADS, or the number of cores.
 inline int available_threads() {
 #if defined(_OPENMP)
   return omp_get_max_threads();
@@ -33,7 +33,7 @@ inline int available_threads() {
 #endif
 }
 
-/// Of the host that an executor has.
+/// Number of host threads of an executor.
 template <class Executor>
 int threads_of(const Executor& executor) {
   if constexpr (requires { executor.threads; })
@@ -43,10 +43,10 @@ int threads_of(const Executor& executor) {
 }
 
 inline constexpr int kAllThreads = 1 << 30;
-/// What this thread launches runs on no more threads than this, whatever its executor has.
-inline thread_local int most_threads = kAllThreads;
+/// Limits the threads of launches of this thread, whatever their executor has.
+inline thread_local int max_threads = kAllThreads;
 
-/// Where the threads of a team wait for each other: a fork and a join cost tens of times as much.
+/// Barrier of a team's threads. A fork and a join cost tens of times as much.
 class Barrier {
  public:
   void wait(int threads) {
@@ -56,7 +56,7 @@ class Barrier {
       __atomic_store_n(&round_, round + 1, __ATOMIC_RELEASE);
       return;
     }
-    // The others are usually a microsecond away. Where they have no core to run on, they are given this one.
+    // The others usually arrive within a microsecond. If they have no core to run on, this thread yields its own.
     for (int spins = 0; __atomic_load_n(&round_, __ATOMIC_ACQUIRE) == round; ++spins)
       if (spins > kSpins) sched_yield();
   }
@@ -75,27 +75,27 @@ struct Team {
   Instructions instructions;
 };
 
-/// For launches of which a fork and a join would be most.
+/// Executor for launches that are cheaper than a fork and a join.
 inline Serial single_threaded(const Serial& executor) { return executor; }
 inline Serial single_threaded(const OpenMP& executor) { return {executor.instructions}; }
 
-/// For what reads and writes the host's memory.
+/// Executor for kernels on host memory.
 inline Serial on_host(const Serial& executor) { return executor; }
 inline OpenMP on_host(const OpenMP& executor) { return executor; }
 
-/// Waits for what was launched, to time it; whether an executor is waited for.
+/// Waits for all launches, to time them. is_timed(): whether passes of an executor are timed.
 inline void synchronize(const Serial& /*executor*/) {}
 inline void synchronize(const OpenMP& /*executor*/) {}
 inline bool is_timed(const Serial& /*executor*/) { return true; }
 inline bool is_timed(const OpenMP& /*executor*/) { return true; }
 
-/// Whether this is the one thread of a region that may note what belongs to none of them.
+/// Whether this is the leading thread of a region, which alone may write what is common to all.
 inline bool is_leader(const Serial& /*team*/) { return true; }
 inline bool is_leader(const Team& team) { return team.thread == 0; }
 
-/// Runs work(executor) with many launches in it: one fork and join for all of them. `width`: more threads than this
-/// would find nothing to do. `work` runs on every thread, so that apart from its launches it may only read, but
-/// for the one that leads.
+/// Runs work(executor), which may have many launches, with one fork and join for all of them. `width`: the largest
+/// useful number of threads. `work` runs on every thread, so that apart from its launches it may only read, except on
+/// the leading thread.
 template <class Work>
 void parallel_region(const Serial& executor, int /*width*/, const Work& work) {
   work(executor);
@@ -103,7 +103,7 @@ void parallel_region(const Serial& executor, int /*width*/, const Work& work) {
 
 template <class Work>
 void parallel_region(const OpenMP& executor, int width, const Work& work) {
-  const int most = executor.threads < most_threads ? executor.threads : most_threads;
+  const int most = executor.threads < max_threads ? executor.threads : max_threads;
   const int threads = width < most ? width : most;
   if (threads <= 1) return work(Serial{executor.instructions});
   Barrier barrier;
@@ -111,7 +111,7 @@ void parallel_region(const OpenMP& executor, int width, const Work& work) {
   work(Team{omp_get_thread_num(), omp_get_num_threads(), &barrier, executor.instructions});
 }
 
-/// Told of launches: which kernel (what kernel_name gives), over how many items.
+/// Observer of launches. `kernel`: as kernel_name() gives it.
 struct LaunchObserver {
   virtual void launched(const char* kernel, int items) = 0;
 
@@ -119,10 +119,10 @@ struct LaunchObserver {
   ~LaunchObserver() = default;
 };
 
-/// Who watches what this thread launches, usually nobody; of a team, its caller's.
-inline thread_local LaunchObserver* launch_watch = nullptr;
+/// Observer of the launches of this thread, usually null. A team has that of its leading thread.
+inline thread_local LaunchObserver* launch_observer = nullptr;
 
-/// The signature of this function, which holds "Kernel = " and the type.
+/// The signature of this function, which contains "Kernel = " and the type.
 template <class Kernel>
 const char* kernel_name() {
   return __PRETTY_FUNCTION__;
@@ -130,11 +130,12 @@ const char* kernel_name() {
 
 template <class Kernel>
 void note_launch(const Kernel&, int items) {
-  if (launch_watch != nullptr) launch_watch->launched(kernel_name<Kernel>(), items);
+  if (launch_observer != nullptr) launch_observer->launched(kernel_name<Kernel>(), items);
 }
 
-/// Up to this many items a launch runs on one thread. By count, never by clock: about 30 microseconds of work, well
-/// above a fork-join, and where cores are shared with other programs each fork-join may cost a turn of the scheduler.
+/// Up to this many items a launch runs on one thread. The limit is a count, never a measured time: about 30
+/// microseconds of work, well above a fork-join, which may cost a time slice where cores are shared with other
+/// programs.
 inline constexpr int kParticleGrain = 32768;
 
 /// Runs kernel(0) .. kernel(n - 1) in any order: their writes must be disjoint.
@@ -147,7 +148,7 @@ void parallel_for(const Serial&, int n, const Kernel& kernel, int /*grain*/ = kP
 
 template <class Kernel>
 void parallel_for(const OpenMP& executor, int n, const Kernel& kernel, int grain = kParticleGrain) {
-  const int threads = executor.threads < most_threads ? executor.threads : most_threads;
+  const int threads = executor.threads < max_threads ? executor.threads : max_threads;
   if (n <= grain || threads == 1) return parallel_for(Serial{}, n, kernel);
   note_launch(kernel, n);
 #pragma omp parallel for simd schedule(static) num_threads(threads)
@@ -156,8 +157,8 @@ void parallel_for(const OpenMP& executor, int n, const Kernel& kernel, int grain
 
 /// The fast memory of every thread of an executor.
 struct ScratchMemory {
-  char* data = nullptr;  // none where only blocks of threads need it, which have their own
-  size_t bytes = 0;      // a thread
+  char* data = nullptr;  // null if only blocks of threads, which have their own, need it
+  size_t bytes = 0;      // per thread
   char* of(int thread) const { return data ? data + size_t(thread) * bytes : nullptr; }
 };
 
@@ -169,7 +170,7 @@ struct RunGroup {
   KERNEL void operator()(int g) const { kernel(Group<Isa>{g, g < last ? g + 1 : -1, memory}); }
 };
 
-/// kernel(Group) for the groups begin .. end - 1 on this thread.
+/// Runs kernel(Group) for the groups begin .. end - 1 on this thread.
 template <class Kernel>
 void run_groups(Instructions instructions, int begin, int end, void* memory, const Kernel& kernel) {
   bool ran = false;
@@ -178,11 +179,11 @@ void run_groups(Instructions instructions, int begin, int end, void* memory, con
     run(isa, RunGroup<Isa, Kernel>{kernel, end - 1, memory}, begin, end);
     ran = true;
   });
-  if (!ran) __builtin_trap();  // of instructions that this compiler does not know
+  if (!ran) __builtin_trap();  // the compiler does not know this instruction set
 }
 
 /// Runs kernel(Group) for the groups begin .. end - 1, compiled for the executor's instructions: their writes must be
-/// disjoint. The same thread gets the same groups every time, so that its caches still hold them.
+/// disjoint. The same thread gets the same groups every time, which are then in its caches.
 template <class Kernel>
 void parallel_groups(const Serial& executor, int begin, int end, const ScratchMemory& memory, const Kernel& kernel) {
   note_launch(kernel, end - begin);
@@ -199,9 +200,9 @@ void parallel_groups(const Team& team, int begin, int end, const ScratchMemory& 
   team.barrier->wait(team.threads);
 }
 
-/// The groups first, first + step, ...
+/// Maps groups 0, 1, ... to first, first + step, ...
 template <class Kernel>
-struct Dealt {
+struct Interleaved {
   Kernel kernel;
   int first, step;
   template <class Group>
@@ -210,24 +211,25 @@ struct Dealt {
   }
 };
 
-/// As parallel_groups, for groups whose work is uneven: dealt to the threads in turns, because neighbours have alike
-/// much to do.
+/// As parallel_groups, for groups of uneven work: threads get them interleaved, because neighbouring groups have about
+/// the same work.
 template <class Kernel>
 void parallel_for_interleaved(const Serial& executor, int groups, const Kernel& kernel,
                               const ScratchMemory& memory = {}) {
   note_launch(kernel, groups);
-  run_groups(executor.instructions, 0, groups, memory.data, Dealt<Kernel>{kernel, 0, 1});
+  run_groups(executor.instructions, 0, groups, memory.data, Interleaved<Kernel>{kernel, 0, 1});
 }
 
 template <class Kernel>
 void parallel_for_interleaved(const Team& team, int groups, const Kernel& kernel, const ScratchMemory& memory = {}) {
   note_launch(kernel, groups);
   const int share = (groups - team.thread + team.threads - 1) / team.threads;
-  run_groups(team.instructions, 0, share, memory.of(team.thread), Dealt<Kernel>{kernel, team.thread, team.threads});
+  run_groups(team.instructions, 0, share, memory.of(team.thread),
+             Interleaved<Kernel>{kernel, team.thread, team.threads});
   team.barrier->wait(team.threads);
 }
 
-/// `size` items of kernel(0) .. kernel(count - 1).
+/// Group g runs `size` of the items kernel(0) .. kernel(count - 1).
 template <class Kernel>
 struct Pieces {
   using Shared = void;
@@ -252,11 +254,11 @@ void parallel_pieces(const Team& team, int count, int size, const Kernel& kernel
   parallel_groups(team, 0, (count + size - 1) / size, {}, Pieces<Kernel>{kernel, count, size});
 }
 
-/// Sums are those of runs of so many items, of at most kReduceGroups groups of runs, and of a tree of those: each as
-/// it stands, so that what adds them at once has the same bits.
+/// Reductions sum runs of kReduceRun items, then at most kReduceGroups groups of runs, then a tree of groups. Each sum
+/// has a fixed order, so that parallel evaluation gives the same bits.
 inline constexpr int kReduceRun = 256, kReduceGroups = 64;
 
-/// The sum of the groups, over the first of them.
+/// Sums the groups by a tree, in place.
 template <class Value>
 KERNEL Value sum_of_tree(Value* partial, int groups) {
   for (int stride = 1; stride < groups; stride *= 2)
@@ -264,7 +266,7 @@ KERNEL Value sum_of_tree(Value* partial, int groups) {
   return partial[0];
 }
 
-/// The run `run` of kernel(0) .. kernel(n - 1).
+/// The sum of run `run` of kernel(0) .. kernel(n - 1).
 template <class Value, class Kernel>
 KERNEL Value sum_of_run(const Kernel& kernel, int n, int run) {
   Value sum{};
@@ -291,7 +293,7 @@ void note_launch(const ReduceGroup<Value, Kernel>& groups, int) {
   note_launch(groups.kernel, groups.n);
 }
 
-/// The same in two launches, for devices: first each run.
+/// The same in two launches, for devices: first the runs, then (JoinRuns) their groups.
 template <class Value, class Kernel>
 struct ReduceRun {
   Value* of_run;
@@ -307,7 +309,7 @@ template <class Value>
 struct JoinRuns {
   const Value* of_run;
   Value* partial;
-  int all, runs;  // of a group
+  int all, runs;  // number of runs in all, and of a group
   KERNEL void operator()(int g) const {
     Value sum{};
     for (int run = g * runs; run < (g + 1) * runs && run < all; ++run) sum += of_run[run];
@@ -322,7 +324,7 @@ struct JoinGroups {
   KERNEL void operator()(int) const { *to = sum_of_tree(partial, groups); }
 };
 
-/// How n items are summed.
+/// Partition of a sum over n items.
 struct ReducePlan {
   int all, runs, groups;  // runs in all, runs of a group
   explicit ReducePlan(int n)
@@ -342,7 +344,7 @@ Value parallel_reduce(const Executor& executor, int n, const Kernel& kernel, int
   return sum_of_tree(partial, plan.groups);
 }
 
-/// The same, left where the executor's arrays are: nobody waits for it.
+/// The same, with the result in the executor's memory and without synchronisation.
 template <class Value, class Executor, class Kernel>
 void parallel_reduce_into(const Executor& executor, int n, const Kernel& kernel, Value* to,
                           int grain = kParticleGrain) {

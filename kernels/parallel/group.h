@@ -1,50 +1,50 @@
 // SPDX-License-Identifier: Apache-2.0
-// A large piece of work with fast memory of its own: a core and its caches, or a block of a device's threads and the
-// memory that they share. Kernels over groups are written once, for any of both.
+// Groups: pieces of work with fast memory of their own, on a core with its caches, or on a block of device threads with
+// shared memory. Kernels over groups are written once for both.
 #pragma once
 #include "kernels/parallel/instructions.h"
 
 namespace malha {
 
-/// Worked on by one core.
+/// A group on one core.
 template <class InstructionSet>
 struct Group {
   using Isa = InstructionSet;
   int index;
-  int next;  // the group that this core works on afterwards; none: below 0
+  int next;  // the next group of this core; below 0: none
   void* memory;
 
-  /// Runs work(0) .. work(items - 1), in any order or at once, and is done with all of them afterwards.
+  /// Runs work(0) .. work(items - 1), in any order or in parallel, and returns when all are done.
   template <class Work>
   KERNEL void for_each(int items, const Work& work) const {
     for (int i = 0; i < items; ++i) work(i);
   }
 
-  /// Runs work(begin, end) for parts that make up 0 .. items - 1, each of at most `size` where there are many threads.
+  /// Runs work(begin, end) for chunks of 0 .. items - 1, of at most `size` items where there are many threads.
   template <class Work>
   KERNEL void for_each_chunk(int items, int /*size*/, const Work& work) const {
     work(0, items);
   }
 
-  /// Runs work(begin) .. work(end - 1), one after the other, as a function that is compiled on its own.
+  /// Runs work(begin) .. work(end - 1) in order, in a function that is compiled separately.
   template <class Work>
   KERNEL void call_outlined(int begin, int end, const Work& work) const {
     run(Isa{}, work, begin, end);
   }
 
-  /// What work(0) .. work(items - 1) give, added to `zero` by add(to, one) in any order, which must not matter: numbers
-  /// of things, the least and the largest. As in for_each, work may write.
+  /// Reduces work(0) .. work(items - 1), starting from `zero`, by add(to, one) in any order, which must not matter, as
+  /// for counts, minima and maxima. As in for_each, work may write.
   template <class Value, class Work, class Add>
   KERNEL Value reduce(int items, Value zero, const Work& work, const Add& add) const {
     for (int i = 0; i < items; ++i) add(zero, work(i));
     return zero;
   }
 
-  /// The same memory, for the group `other`.
+  /// The group `other` with the same memory.
   KERNEL Group at(int other) const { return {other, -1, memory}; }
 
-  /// for_each of work in three parts, of items that share nothing they write: what the next item reads is read before
-  /// this one is written, so that a core computes the one while it loads and stores the others.
+  /// Software-pipelined for_each of work in three stages, for items with disjoint writes: the next item is read before
+  /// the current one is written, so that a core computes one while it loads and stores the others.
   template <class Work>
   KERNEL void for_each_ahead(int items, const Work& work) const {
     if (items == 0) return;
@@ -58,11 +58,11 @@ struct Group {
   }
 };
 
-/// Worked on by many threads, as one of them sees it. Each runs the whole kernel; what for_each is given is dealt to
-/// them, and they wait for each other after it. So a kernel may not write outside of for_each, but for what is the
-/// same of all threads, and all of them must come to each for_each.
-/// Threads: rank() of this one, count() of them, wait(items) for all, after a for_each of so many, and
-/// gathered(own, zero, add), what all have.
+/// A group on a block of threads, as seen by one of them. Every thread runs the whole kernel; for_each distributes its
+/// items over them, with a barrier after it. So a kernel may not write outside of for_each, except what is the same on
+/// all threads, and all of them must reach every for_each.
+/// Threads: rank() of this one, their count(), wait(items), the barrier after a for_each of so many, and
+/// reduced(own, zero, add), the reduction over all.
 template <class Threads>
 struct Block {
   using Isa = OneLane;
@@ -95,7 +95,7 @@ struct Block {
   KERNEL Value reduce(int items, const Value& zero, const Work& work, const Add& add) const {
     Value own = zero;
     for (int i = threads.rank(); i < items; i += threads.count()) add(own, work(i));
-    return threads.gathered(own, zero, add);
+    return threads.reduced(own, zero, add);
   }
 
   KERNEL Block at(int other) const { return {other, memory, threads}; }
@@ -110,21 +110,21 @@ struct Block {
   }
 };
 
-/// Whether a kernel over groups shares its work in the ways above: a block of many threads may run it. Any other takes
-/// one thread a group.
+/// Whether a kernel over groups distributes its work in the ways above, so that a block of threads may run it. Any
+/// other kernel runs on one thread per group.
 template <class Kernel>
 inline constexpr bool kShared = requires {
   typename Kernel::Shared;
 };
 
-/// How many threads of a block it can make use of.
+/// The largest useful number of threads of a block.
 template <class Kernel>
 inline constexpr int kThreads = 1024;
 template <class Kernel>
 requires requires { Kernel::kMostThreads; }
 inline constexpr int kThreads<Kernel> = Kernel::kMostThreads;
 
-/// Whether a kernel asks what only the host can answer (Embree): a device's executor leaves it to the host.
+/// Whether a kernel runs on the host whatever the executor, because it queries Embree.
 template <class Kernel>
 inline constexpr bool kRunsOnHost = requires {
   typename Kernel::RunsOnHost;
@@ -139,14 +139,14 @@ KERNEL int lowest_bit(unsigned long long bits) {
 #endif
 }
 
-/// Asks for the cache line at `address` ahead of its use. Whatever lies there, even nothing, is harmless.
+/// Prefetches the cache line at `address`. Invalid addresses are harmless.
 KERNEL void prefetch([[maybe_unused]] const void* address) {
 #if !defined(__CUDACC__)
   __builtin_prefetch(address, 0, 2);
 #endif
 }
 
-/// The same for all lines of `bytes`, a constant.
+/// The same for all lines of `bytes`, which should be a constant.
 KERNEL void prefetch(const void* address, int bytes) {
   for (int line = 0; line < bytes; line += 64) prefetch(static_cast<const char*>(address) + line);
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The CPU's instruction sets, and the one function that is compiled for each. A build for one machine (-march) knows
-// its compiler's own set alone; a portable build for x86-64 holds the pack kernels once a set and picks at run time.
+// Instruction sets of the CPU, and the one function that is compiled for each. A build for one machine (-march) has
+// only the compiler's own set; a portable build for x86-64 has the pack kernels for every set and chooses at run time.
 #pragma once
 
 #if defined(__CUDACC__)
@@ -10,21 +10,20 @@
 #define KERNEL [[gnu::always_inline]] inline
 #define KERNEL_LAMBDA __attribute__((always_inline))
 #endif
-/// Where a device has no registers for all at once: a function that its compiler calls instead of taking it in, and a
-/// loop of which it keeps one round.
+/// For device code that would need too many registers: a function that is not inlined, and a loop that is not unrolled.
 #if defined(__CUDACC__)
-#define KERNEL_APART __host__ __device__ __noinline__
+#define KERNEL_NOINLINE __host__ __device__ __noinline__
 #define KERNEL_ROLLED _Pragma("unroll 1")
 #else
-#define KERNEL_APART KERNEL
+#define KERNEL_NOINLINE KERNEL
 #define KERNEL_ROLLED
 #endif
-/// Of kernels that no device runs: those that ask Embree.
+/// For kernels that no device runs, because they query Embree.
 #define HOST_KERNEL [[gnu::always_inline]] inline
 
 namespace malha {
 
-// The narrowest first. One lane: a thread of a device, whose packs are as wide as one number.
+// Instruction sets, the narrowest first. OneLane is a device thread, whose packs are single numbers.
 enum class Instructions { OneLane, Baseline, Avx2, Avx512 };
 struct OneLane {
   static constexpr Instructions value = Instructions::OneLane;
@@ -52,7 +51,7 @@ struct IsaList {};
 #if defined(__CUDACC__)
 using NativeIsa = OneLane;
 #elif defined(__AVX512F__)
-using NativeIsa = Avx512;  // the compiler's
+using NativeIsa = Avx512;  // the one that the compiler generates
 #elif defined(__AVX2__)
 using NativeIsa = Avx2;
 #else
@@ -74,26 +73,26 @@ using BuiltIsas = IsaList<NativeIsa>;
 inline bool has(NativeIsa) { return true; }
 #endif
 
-/// The same pointer, of which the compiler no longer knows what it computed from it before.
+/// The same pointer, opaque to the compiler, so that it recomputes addresses instead of keeping them in registers.
 template <class T>
-KERNEL T* unknown(T* pointer) {
+KERNEL T* opaque(T* pointer) {
 #if !defined(__CUDACC__)
   asm("" : "+r"(pointer));
 #endif
   return pointer;
 }
 
-/// kernel(begin) .. kernel(end - 1).
+/// Runs kernel(begin) .. kernel(end - 1).
 template <class Kernel>
 KERNEL void each(const Kernel& kernel, int begin, int end) {
-  const Kernel own = kernel;  // what the kernel writes cannot change it: its pointers stay in registers
+  const Kernel own = kernel;  // a copy that the kernel's writes cannot alias: its pointers stay in registers
   for (int i = begin; i < end; ++i) own(i);
 }
 
-// The same, compiled for an instruction set. What a kernel calls is KERNEL and so becomes part of `run`; hence no
-// function that the linker could share with other code holds instructions that the CPU may lack. That is also why the
-// set is an argument of `run` and not a flag of a source file, and why the body of an OpenMP region, a function of its
-// own to the compiler, only calls `run`.
+// The same, compiled for an instruction set. All functions that a kernel calls are KERNEL and are inlined into `run`;
+// hence no function that the linker could share with other code has instructions that the CPU may lack. This is also
+// why the set is an argument of `run` and not a flag of a source file, and why the body of an OpenMP region, which the
+// compiler makes a function of its own, only calls `run`.
 template <class Kernel>
 KERNEL void run(OneLane, const Kernel& kernel, int begin, int end) {
   each(kernel, begin, end);
@@ -114,12 +113,12 @@ void run(Avx512, const Kernel& kernel, int begin, int end) {
 }
 #undef COMPILED_FOR
 
-/// Calls f(Isa{}) for every set that both the build and the CPU have, the narrowest first.
+/// Calls f(Isa{}) for every instruction set of both the build and the CPU, the narrowest first.
 template <class F, class... Isas>
 void for_each_isa(F&& f, IsaList<Isas...>) {
   ((has(Isas{}) ? f(Isas{}) : void()), ...);
 }
-/// `Isas` keeps a device compiler's functions, which know one lane alone, apart from those of the host's compiler.
+/// `Isas` distinguishes the functions of a device compiler, which has OneLane alone, from those of the host's compiler.
 template <class Isas = BuiltIsas, class F>
 void for_each_isa(F&& f) {
   for_each_isa(f, Isas{});

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// The plain sum of a reduction.
+// Sum of numbers, for reductions.
 #pragma once
 #include "kernels/parallel/compute.h"
 
 namespace malha {
 
-/// In double: exact for counts.
+/// Sum in double, which is exact for counts.
 struct Sum {
   double value = 0;
   KERNEL Sum& operator+=(const Sum& o) {

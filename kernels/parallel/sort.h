@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Integers sorted and summed in parallel. The parts are fixed by the number of items, so that the same comes out of any
-// number of threads; sorting is stable.
+// Kernels of a stable radix sort and of prefix sums. The partition depends on the number of items alone, so that
+// results do not depend on the number of threads.
 #pragma once
 #include "kernels/parallel/compute.h"
 
@@ -8,17 +8,17 @@ namespace malha {
 
 inline constexpr int kDigitBits = 11, kDigits = 1 << kDigitBits;
 
-/// A key, and what it belongs to.
+/// A sort key and its value.
 struct Keyed {
   unsigned key;
   int value;
 };
 
-/// How often each value of a digit occurs in each part.
+/// Histogram of a digit in each part.
 struct CountDigits {
   const Keyed* items;
   int count, size, shift;  // size: items of a part
-  int* of_part;            // kDigits a part
+  int* of_part;            // kDigits per part
   KERNEL void operator()(int part) const {
     int* const own = of_part + part * kDigits;
     const int begin = part * size, end = begin + size < count ? begin + size : count;
@@ -27,7 +27,7 @@ struct CountDigits {
   }
 };
 
-/// Turns the counts into places: of a digit, part by part. One item.
+/// Exclusive prefix sum of the histograms, digit by digit and part by part. Launched with one item.
 struct PlaceDigits {
   int parts;
   int* of_part;
@@ -42,6 +42,7 @@ struct PlaceDigits {
   }
 };
 
+/// Scatters the items of each part to their sorted positions.
 struct MoveByDigit {
   const Keyed* items;
   Keyed* sorted;
@@ -54,7 +55,8 @@ struct MoveByDigit {
   }
 };
 
-/// Where the items of each key begin among the sorted ones: begin[key] to begin[key + 1]. `count` + 1 items.
+/// Finds the range begin[key] .. begin[key + 1] - 1 of each key among the sorted items. Launched with `count` + 1
+/// items.
 struct FindBegins {
   const Keyed* sorted;
   int count, keys;
@@ -65,7 +67,7 @@ struct FindBegins {
   }
 };
 
-/// The sum of each part's numbers.
+/// Sum of each part's values.
 struct SumPart {
   const int* values;
   int count, size;
@@ -78,7 +80,7 @@ struct SumPart {
   }
 };
 
-/// Turns them into the sums of the parts before, and the sum of all behind the last. One item.
+/// Exclusive prefix sum of the parts, with the total behind the last. Launched with one item.
 struct SumParts {
   int parts;
   int* of_part;
@@ -92,7 +94,7 @@ struct SumParts {
   }
 };
 
-/// values[i] becomes the sum of those before it.
+/// Exclusive prefix sum of the values, from those of the parts.
 struct SumBefore {
   int* values;
   int count, size;

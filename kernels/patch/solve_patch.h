@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Solves one patch: its particles are loaded into fast memory, its batches are projected there, and the particles are
-// stored. Where nothing else happens between prediction and update, the visits do those too, and the ways of particles
-// that no other patch visits never leave the fast memory.
+// Solves one patch: loads its particles into fast memory, projects its batches there, and stores the particles. Where
+// no other pass lies between prediction and update, the solve does both as well, and displacements of particles that no
+// other patch shares never leave the fast memory.
 //
-// An iteration is a sweep over all constraints there and back, with the multipliers carried over the turn. A sweep one
-// way adds energy to what nothing damps, whatever the order; one that reads the same backwards does not (METHODS,
-// section 8), nor do two such, one after the other. So all phases but the last are visited there and back, with the
-// turn in the last of these, and then those of the last phase, with a turn of their own: with one or two phases every
-// patch is visited once.
+// An iteration is a symmetric Gauss-Seidel sweep: forward and backward over all constraints, keeping the multipliers. A
+// forward sweep alone is not symmetric and adds energy to undamped motion, whatever the order; a symmetric one does
+// not, nor do two, one after the other. So all phases but the last are swept forward and backward, with both sweeps of
+// the last of them in one solve, and then the last phase, whose solves do both sweeps too: with one or two phases every
+// patch is solved once.
 #pragma once
 #include "kernels/constraints/constraint_registry.h"
 #include "kernels/environment/broad_phase.h"
@@ -18,7 +18,7 @@
 namespace malha {
 
 template <class Kind>
-inline constexpr int kNumber = number_of<Kind>(ConstraintKinds{});
+inline constexpr int kKindIndex = kind_index<Kind>(ConstraintKinds{});
 
 template <class R>
 struct SolvePatch {
@@ -28,86 +28,85 @@ struct SolvePatch {
   const Batch* batches;
   const SetView<R>* sets;
   Particles<R> particles;
-  R dt, per_dt;             // s, 1/s
-  Vector3<R> gravity;       // m/s^2
-  bool predicts;            // the first visit to a particle predicts it
-  bool updates;             // the last one updates its state
-  bool first_iteration;     // first iteration of a substep
-  bool there, back;         // which ways it goes
-  bool prefetches;          // the particles do not fit in a core's caches: those of the next patch are asked for early
-  int substep;              // 1 ..
-  RestrictionTarget<R> up;  // means of the next prediction, for the coarser level: the last visits leave them
-  ProlongationView<R>
-      down;       // what particles follow on the coarser level, patch by patch: added where they are predicted
-  int* lost;      // of each patch: the first substep that left a particle without a finite position, or 0
-  R most_speed2;  // m^2/s^2, where speeds are watched
-  int* fast;      // of each patch: the last substep that left a particle that is faster; null: nobody asks
+  R dt, per_dt;            // s, 1/s
+  Vector3<R> gravity;      // m/s^2
+  bool predicts;           // the first solve of a particle predicts it
+  bool updates;            // the last one updates its state
+  bool first_iteration;    // first iteration of a substep
+  bool forward, backward;  // which sweeps this solve does
+  bool prefetches;         // the particles do not fit in a core's caches: those of the next patch are prefetched
+  int substep;             // from 1 on
+  RestrictionTarget<R> restriction;  // of the next prediction to the coarser level, by the last solves
+  ProlongationView<R> prolongation;  // coarse correction, patch by patch: added to predicted particles
+  int* non_finite;  // of each patch: the first substep that left a particle without a finite position, or 0
+  R max_speed2;     // m^2/s^2, where speeds are limited
+  int* too_fast;    // of each patch: the last substep that left a particle above that; null: speeds are not checked
 
   template <class Group>
   KERNEL void operator()(const Group& group) const {
     const Patch& patch = patches[group.index];
     R* memory = static_cast<R*>(group.memory);
     if (patch.columns)
-      visit(group, patch, SoaView<R>::over(memory, patch.slots));
+      solve(group, patch, SoaView<R>::over(memory, patch.slots));
     else
-      visit(group, patch, AosView<R>::over(memory, patch.slots));
+      solve(group, patch, AosView<R>::over(memory, patch.slots));
   }
 
  private:
   template <class Group, class Local>
-  KERNEL void visit(const Group& group, const Patch& patch, const Local& local) const {
+  KERNEL void solve(const Group& group, const Patch& patch, const Local& local) const {
     const int begin = patch.segment, end = patch.segment + patch.segments;
     for (int s = begin; s < end; ++s) load_segment(group, segments[s], local);
-    if (predicts && there && down.means.begin) prolongate(group, down, local);
-    if (there)
+    if (predicts && forward && prolongation.means.begin) prolongate(group, prolongation, local);
+    if (forward)
       for (int b = 0, next; b < patch.batches; b = next) {
         for (next = b + 1; next < patch.batches && set_of(patch, next) == set_of(patch, b);) ++next;
         project_set(group, patch, b, next, true, local);
       }
-    if (back)
+    if (backward)
       for (int next = patch.batches, b; next > 0; next = b) {
         for (b = next - 1; b > 0 && set_of(patch, b - 1) == set_of(patch, b);) --b;
         project_set(group, patch, b, next, false, local);
       }
     for (int s = begin; s < end; ++s) {
       if (!segments[s].movable) continue;
-      if (updates && back && segments[s].last_visit)
+      if (updates && backward && segments[s].last_solve)
         update(group, segments[s], local);
       else
         store_segment(group, segments[s], local);
     }
-    if (updates && back && up.means.begin) restrict_prediction(group, patch, local);
-    if (updates && back && fast) watch_speed(group, patch);
+    if (updates && backward && restriction.means.begin) restrict_prediction(group, patch, local);
+    if (updates && backward && too_fast) check_speed(group, patch);
   }
 
   template <class Group>
-  KERNEL void watch_speed(const Group& group, const Patch& patch) const {
-    LargestCovered<R, typename Group::Isa> speed2(R(0));
+  KERNEL void check_speed(const Group& group, const Patch& patch) const {
+    PackMax<R, typename Group::Isa> speed2(R(0));
     for (int s = patch.segment; s < patch.segment + patch.segments; ++s) {
       const Segment& segment = segments[s];
-      if (!segment.last_visit || !segment.movable) continue;
-      cover<R>(group, segment.count, [&]<class T>(int i, T /*of*/) KERNEL_LAMBDA {
+      if (!segment.last_solve || !segment.movable) continue;
+      for_each_pack<R>(group, segment.count, [&]<class T>(int i, T /*of*/) KERNEL_LAMBDA {
         const Vector3<T> v = load_points<T>(particles.v, segment.global + i);
         speed2.add(dot(v, v));
       });
     }
-    if (speed2.value() > most_speed2) fast[group.index] = substep;
+    if (speed2.value() > max_speed2) too_fast[group.index] = substep;
   }
 
   template <class Group, class Local>
   KERNEL void restrict_prediction(const Group& group, const Patch& patch, const Local& local) const {
-    const PredictedParticles<R> next{particles.p, particles.v, particles.w, up.origins, dt, gravity};
+    const PredictedParticles<R> next{particles.p, particles.v, particles.w, restriction.origins, dt, gravity};
     for (int s = patch.segment; s < patch.segment + patch.segments; ++s)
-      if (segments[s].last_visit) next.load_segment(group, segments[s], local);
-    restrict_to(group, up, local);
+      if (segments[s].last_solve) next.load_segment(group, segments[s], local);
+    restrict_to(group, restriction, local);
   }
 
   KERNEL int set_of(const Patch& patch, int b) const { return batches[patch.batch + b].set; }
-  /// Whether a visit predicts them.
-  KERNEL bool predicted_here(const Segment& segment) const { return predicts && there && segment.first_visit; }
+  /// Whether this solve predicts the particles of a segment.
+  KERNEL bool predicted_here(const Segment& segment) const { return predicts && forward && segment.first_solve; }
 
-  /// The `part` of `parts` of a patch's particles and constraints: memory is to be as busy as the arithmetic, not
-  /// before it or after it.
+  /// Prefetches the `part` of `parts` of a patch's particles and constraints, so that memory transfers are spread over
+  /// the arithmetic.
   KERNEL void prefetch_patch(const Patch& patch, int part, int parts) const {
     for (int s = patch.segments * part / parts; s < patch.segments * (part + 1) / parts; ++s)
       prefetch_patch(segments[patch.segment + s]);
@@ -121,7 +120,7 @@ struct SolvePatch {
   KERNEL void prefetch_patch(const Segment& segment) const {
     const int at = segment.global, count = segment.count;
     prefetch_patch(particles.w + at, count), prefetch_patch(particles.x, at, count);
-    if constexpr (kCarries<R>) prefetch_patch(particles.p.low, at, count);
+    if constexpr (kCompensated<R>) prefetch_patch(particles.p.low, at, count);
     prefetch_patch(predicted_here(segment) ? particles.v : particles.p.d, at, count);
   }
   KERNEL static void prefetch_patch(const Points<R>& points, int at, int count) {
@@ -145,20 +144,20 @@ struct SolvePatch {
   KERNEL void load_segment(const Group& group, const Segment& segment, const Local& local) const {
     const bool predict = predicted_here(segment) && segment.movable;
     const Vector3<R> origin = particles.x[segment.origin];
-    cover<R>(group, segment.count, [&]<class T>(int i, T) KERNEL_LAMBDA {
+    for_each_pack<R>(group, segment.count, [&]<class T>(int i, T) KERNEL_LAMBDA {
       const int at = segment.global + i;
-      Moving<T> q;
+      PatchParticle<T> q;
       load(particles.w + at, q.w);
-      q.x = load_near(particles.p, at, origin, T());
+      q.x = load_start(particles.p, at, origin, T());
       q.d = predict ? velocity(at, q.w) * T(dt) : load_points<T>(particles.p.d, at);
-      local.fill(segment.local + i, q);
+      local.store_particle(segment.local + i, q);
     });
   }
 
   template <class Group, class Local>
   KERNEL void store_segment(const Group& group, const Segment& segment, const Local& local) const {
-    cover<R>(group, segment.count, [&]<class T>(int i, T) KERNEL_LAMBDA {
-      store_points(particles.p.d, segment.global + i, local.template way<T>(segment.local + i));
+    for_each_pack<R>(group, segment.count, [&]<class T>(int i, T) KERNEL_LAMBDA {
+      store_points(particles.p.d, segment.global + i, local.template load_displacement<T>(segment.local + i));
     });
   }
 
@@ -170,23 +169,23 @@ struct SolvePatch {
     if (lanes == 1 || segment.count < lanes) {
       R zero = R(0);
       group.for_each(segment.count, [&](int i) KERNEL_LAMBDA {
-        const State<R> state = moved<R>(segment, i, local);
+        const State<R> state = new_state<R>(segment, i, local);
         zero = zero + zero_if_finite(state.x);
-        keep(segment, i, state);
+        store_state(segment, i, state);
       });
       if (!(zero == R(0))) mark_non_finite(group);
       return;
     }
-    // A last part of a pack is covered by a whole one; what that one reads, it reads before it is overwritten.
+    // The remainder is covered by a whole pack that overlaps the last one, and that is loaded before that is stored.
     const int packs = segment.count / lanes, rest = segment.count - lanes;
-    const State<S> last = moved<S>(segment, rest, local);
+    const State<S> last = new_state<S>(segment, rest, local);
     S zero = zero_if_finite(last.x);
     group.for_each(packs, [&](int pack) KERNEL_LAMBDA {
-      const State<S> state = moved<S>(segment, pack * lanes, local);
+      const State<S> state = new_state<S>(segment, pack * lanes, local);
       zero = zero + zero_if_finite(state.x);
-      keep(segment, pack * lanes, state);
+      store_state(segment, pack * lanes, state);
     });
-    if (packs * lanes < segment.count) keep(segment, rest, last);
+    if (packs * lanes < segment.count) store_state(segment, rest, last);
     R sum = R(0);
     for (int i = 0; i < lanes; ++i) sum += lane(zero, i);
     if (!(sum == R(0))) mark_non_finite(group);
@@ -194,7 +193,7 @@ struct SolvePatch {
 
   template <class Group>
   KERNEL void mark_non_finite(const Group& group) const {
-    if (lost[group.index] == 0) lost[group.index] = substep;
+    if (non_finite[group.index] == 0) non_finite[group.index] = substep;
   }
 
   template <class T>
@@ -202,16 +201,16 @@ struct SolvePatch {
     Vector3<T> x, low, v;
   };
   template <class T, class Local>
-  KERNEL State<T> moved(const Segment& segment, int i, const Local& local) const {
-    const Vector3<T> d = local.template way<T>(segment.local + i);
+  KERNEL State<T> new_state(const Segment& segment, int i, const Local& local) const {
+    const Vector3<T> d = local.template load_displacement<T>(segment.local + i);
     const int at = segment.global + i;
     T w;
     load(particles.w + at, w);
     const Vector3<T> x = load_points<T>(particles.x, at);
     State<T> state;
-    if constexpr (kCarries<R>) {
-      const Vector3<T> whole = d + load_points<T>(particles.p.low, at);
-      state.x = x + whole, state.low = lost_of(x, whole, state.x);
+    if constexpr (kCompensated<R>) {
+      const Vector3<T> offset = d + load_points<T>(particles.p.low, at);
+      state.x = x + offset, state.low = rounding_error(x, offset, state.x);
     } else {
       state.x = x + d;
     }
@@ -219,28 +218,28 @@ struct SolvePatch {
     return state;
   }
   template <class T>
-  KERNEL void keep(const Segment& segment, int i, const State<T>& state) const {
+  KERNEL void store_state(const Segment& segment, int i, const State<T>& state) const {
     const int at = segment.global + i;
     store_points(particles.x, at, state.x), store_points(particles.v, at, state.v);
-    if constexpr (kCarries<R>) store_points(particles.p.low, at, state.low);
+    if constexpr (kCompensated<R>) store_points(particles.p.low, at, state.low);
   }
 
-  /// The batches begin .. end - 1 of a patch, all of one set, or the same in the other order: on their own, as they
-  /// need all registers.
+  /// Projects the batches begin .. end - 1 of a patch, all of one set, in either order. It is compiled as a function of
+  /// its own because it needs all registers.
   template <class Kind, Update update, class Group, class Local>
   struct ProjectSet {
-    const SolvePatch* visit;
+    const SolvePatch* solve;
     Group group;
     const Patch* patch;
     Local local;
     const SetView<R>* set;
-    int last;  // of the batches where they are taken back; there: below 0
+    int last;  // last batch of a backward sweep; below 0: forward
     KERNEL void operator()(int b) const {
-      const bool forth = last < 0;
-      if (visit->prefetches && group.next >= 0 && (forth || !visit->there))
-        visit->prefetch_patch(visit->patches[group.next], b, patch->batches);
-      const Batch& batch = visit->batches[patch->batch + (forth ? b : last - b)];
-      project<Kind, update>(group, local, *set, batch, visit->first_iteration && forth);
+      const bool forward = last < 0;
+      if (solve->prefetches && group.next >= 0 && (forward || !solve->forward))
+        solve->prefetch_patch(solve->patches[group.next], b, patch->batches);
+      const Batch& batch = solve->batches[patch->batch + (forward ? b : last - b)];
+      project<Kind, update>(group, local, *set, batch, solve->first_iteration && forward);
     }
   };
 
@@ -249,34 +248,34 @@ struct SolvePatch {
     static constexpr Update value = update;
   };
 
-  /// With the updates that a kind can have, and no others: each is code of its own.
+  /// Instantiates only the updates that a kind can have.
   template <class Group, class Local>
-  KERNEL_APART void project_set(const Group& group, const Patch& patch, int begin, int end, bool forth,
-                                const Local& local) const {
+  KERNEL_NOINLINE void project_set(const Group& group, const Patch& patch, int begin, int end, bool forward,
+                                   const Local& local) const {
     const SetView<R>& set = sets[batches[patch.batch + begin].set];
     for_each_constraint([&]<class Kind>(Kind) KERNEL_LAMBDA {
-      if (set.kind != kNumber<Kind>) return;
+      if (set.kind != kKindIndex<Kind>) return;
       const auto by = [&]<class Updated>(Updated) KERNEL_LAMBDA {
         if (set.update == Updated::value)
           group.call_outlined(begin, end,
                               ProjectSet<Kind, Updated::value, Group, Local>{this, group, &patch, local, &set,
-                                                                             forth ? -1 : begin + end - 1});
+                                                                             forward ? -1 : begin + end - 1});
       };
-      if constexpr (Kind::strength.free) by(By<Update::Stiff>()), by(By<Update::Compliant>());
+      if constexpr (Kind::strength.accepts_stiffness) by(By<Update::Stiff>()), by(By<Update::Compliant>());
       if constexpr (takes_material<Kind>())
         by(By<Update::Material>());
-      else if constexpr (!Kind::strength.free)
+      else if constexpr (!Kind::strength.accepts_stiffness)
         by(By<Update::Compliant>());
     });
   }
 };
 
-/// Of a patch: whether it has a particle that is asked about.
+/// Marks the patches that have an active particle.
 struct MarkDeferredPatches {
   const Patch* patches;
   const Segment* segments;
-  ActiveMask questions;
-  bool* waits;
+  ActiveMask active;
+  bool* deferred;
   KERNEL void operator()(int k) const {
     const Patch& patch = patches[k];
     bool any = false;
@@ -286,21 +285,21 @@ struct MarkDeferredPatches {
         const int last =
             end < (i / kGroupSize + 1) * kGroupSize ? end - 1 : i / kGroupSize * kGroupSize + kGroupSize - 1;
         const unsigned long long own = ~0ull >> (kGroupSize - 1 - (last - i)) << i % kGroupSize;
-        any = questions.any(i / kGroupSize) & own;
+        any = active.any(i / kGroupSize) & own;
       }
     }
-    waits[k] = any;
+    deferred[k] = any;
   }
 };
 
-/// Those that wait, or those that do not.
+/// Solves only the marked patches, or only the others.
 template <class R>
 struct MaskedSolvePatch : SolvePatch<R> {
-  const bool* waits;
-  bool those;
+  const bool* deferred;
+  bool solves_deferred;  // the marked ones
   template <class Group>
   KERNEL void operator()(const Group& group) const {
-    if (waits[group.index] == those) SolvePatch<R>::operator()(group);
+    if (deferred[group.index] == solves_deferred) SolvePatch<R>::operator()(group);
   }
 };
 

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Several constraints on the same particles, met at once: XPBD's step (Macklin, Müller, Chentanez 2016, eq. 18) with a
-// small matrix in place of its one denominator. One after the other they would undo each other's work.
+// Simultaneous projection of several constraints on the same particles: XPBD's step (Macklin, Müller, Chentanez 2016,
+// eq. 18) with a small matrix in place of its one denominator. Projected one after the other they would undo each
+// other's corrections.
 #pragma once
 #include "kernels/projection/direction.h"
 
 namespace malha {
 
-/// x = A^-1 b of a symmetric positive definite A (its lower triangle is read), by L D L^T without pivots.
+/// Solves A x = b for a symmetric positive definite A, of which the lower triangle is read, by L D L^T without pivots.
 template <class S, int m>
 KERNEL void solve_block(S (&A)[m][m], const S (&b)[m], S (&x)[m]) {
   const S one(typename RealOf<S>::type(1));
@@ -28,19 +29,18 @@ KERNEL void solve_block(S (&A)[m][m], const S (&b)[m], S (&x)[m]) {
   }
 }
 
-/// dlambda of (A + alpha) dlambda = -C - alpha sum, A = grad w grad^T by its lower triangle, which is overwritten.
-/// Where nothing can move (no gradient, all pinned, or a response beyond the type's range) and where not `held`, it is
-/// 0.
+/// Solves (A + alpha) dlambda = -C - alpha sum, A = grad w grad^T. Of A the lower triangle is read, and overwritten.
+/// dlambda is 0 where nothing can move (no gradient, all pinned, or A beyond the type's range) and where not `valid`.
 template <class S, int m, class Mask>
-KERNEL void solve_at_once(S (&A)[m][m], const S (&C)[m], S alpha, const S (&sum)[m], const Mask& held,
+KERNEL void solve_at_once(S (&A)[m][m], const S (&C)[m], S alpha, const S (&sum)[m], const Mask& valid,
                           S (&dlambda)[m]) {
   using R = typename RealOf<S>::type;
   const S zero(R(0)), one(R(1));
   S trace = A[0][0], b[m];
   for (int i = 1; i < m; ++i) trace = trace + A[i][i];
-  const auto moves = held & (trace > S(tiny<R>())) & (trace < S(R(1) / tiny<R>()));
-  // Over the trace, so that products stay in range. Without compliance, gradients that depend on one another leave
-  // nothing of a diagonal: a millionth keeps it above rounding.
+  const auto moves = valid & (trace > S(tiny<R>())) & (trace < S(R(1) / tiny<R>()));
+  // The system is divided by the trace, so that products stay in range. Without compliance, linearly dependent
+  // gradients make A singular: a millionth on the diagonal keeps pivots above rounding.
   const S per = one / select(moves, trace, one), softness = max(alpha * per, S(R(1e-6)));
   for (int i = 0; i < m; ++i) {
     for (int k = 0; k < i; ++k) A[i][k] = select(moves, A[i][k] * per, zero);

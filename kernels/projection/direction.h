@@ -1,33 +1,36 @@
 // SPDX-License-Identifier: Apache-2.0
-// The direction in which a projection moves its particles: the gradient where the substep began, as far as
-// all that the constraint applies in the substep is small beside the element, and for the rest the gradient now.
+// The direction of a projection: the gradient at the start of the substep, as long as the total correction of the
+// constraint in the substep is small beside the element, and the current gradient for the rest.
 #pragma once
 #include "kernels/simd/pack.h"
 
 namespace malha {
 
-/// The largest part of an element's size by which corrections of a substep take its particles along the gradient where
-/// the substep began. Of a correction beyond it only so large a share goes there, and the others along the gradient
-/// where particles are: without a jump, or what rests there would be thrown from one to the other.
+/// The largest total correction of a constraint in a substep that goes along the gradient at the start of the substep,
+/// as a part of the element's size. Of a larger total only that share goes along it, and the rest along the current
+/// gradient: a jump from one to the other would throw a body at rest back and forth.
 ///
-/// A direction that stays does not answer to what a constraint carries: across it is a spring of stiffness
-/// lambda / (dt^2 l) that is integrated explicitly, and eight of them that cross at a particle shake from
-/// lambda w / l = 1 / 8 on. So did taut sheets, at metres a second, the faster the more substeps; along the gradient
-/// where they are they come to rest. And what is torn or crushed would keep all its energy. What hangs, falls and turns
-/// does not come near it where the substeps resolve it: hung sheets of 16 and 46 edges have the same errors with twice
-/// as much, and with half as much those that hang by a corner begin to turn by themselves.
-inline constexpr double kTaut = 0.04;
-/// The same for a set of constraints. The direction of pressure is that where the substep began: tension along another
-/// one is not in balance with it, and rolls the body away. So bodies with pressure keep theirs longer, by less with
-/// several iterations, which carry the tension in full: with 0.35, eight of them threw a skin of 1.5 times its volume
-/// about at 30 m/s.
-constexpr double taut_of(bool pressed, int iterations) { return !pressed ? kTaut : iterations > 1 ? 0.2 : 0.35; }
-/// For constraints that are not projected in batches, the largest correction along the direction of the start.
-inline constexpr double kSmall = 0.25;
-/// The cosine in the metric of the masses, of 25 degrees.
-inline constexpr double kTurned = 0.9;
+/// A fixed direction does not respond to the constraint's own force: transverse motion then has a spring of stiffness
+/// lambda / (dt^2 l) that is integrated explicitly, and eight of them at a particle become unstable from
+/// lambda w / l = 1 / 8 on. Taut sheets did so, at metres a second, the faster the more substeps; along the current
+/// gradient they come to rest. Torn or crushed bodies, too, would keep all their energy. Hanging, falling and turning
+/// bodies do not reach this bound where the substeps resolve them: hung sheets of 16 and 46 edges have the same errors
+/// with twice as much; with half as much, those that hang by a corner begin to turn by themselves.
+inline constexpr double kMaxStartStep = 0.04;
+/// The same for a set of constraints. Pressure acts along its gradient at the start of the substep: tension along
+/// another direction is not in equilibrium with it, and makes the body roll. Bodies with pressure therefore have a
+/// larger bound, but a smaller one with several iterations, whose multipliers carry the whole tension: with 0.35, eight
+/// of them threw a skin of 1.5 times its volume about at 30 m/s.
+constexpr double max_start_step_of(bool pressed, int iterations) {
+  return !pressed ? kMaxStartStep : iterations > 1 ? 0.2 : 0.35;
+}
+/// The largest single correction along the direction at the start, over the distance, for constraints that are not
+/// projected in batches.
+inline constexpr double kMaxStartCorrection = 0.25;
+/// The cosine, in the metric of the masses, of the largest angle (25 degrees) between both gradients.
+inline constexpr double kMinTurnCosine = 0.9;
 
-/// The size of an element, squared: how far its particles are from the first.
+/// The size of an element, squared: the largest distance of its particles from the first.
 template <class S, int n>
 KERNEL S size2_of(const Vector3<S> (&x)[n]) {
   S size2 = dot(x[1] - x[0], x[1] - x[0]);
@@ -35,17 +38,17 @@ KERNEL S size2_of(const Vector3<S> (&x)[n]) {
   return size2;
 }
 
-/// The largest of w |along|, squared.
+/// The largest displacement w |along| of a particle, squared.
 template <class S, int n>
-KERNEL S most_way2(const S (&w)[n], const Vector3<S> (&along)[n]) {
+KERNEL S max_displacement2(const S (&w)[n], const Vector3<S> (&along)[n]) {
   S way2 = w[0] * w[0] * dot(along[0], along[0]);
   for (int j = 1; j < n; ++j) way2 = max(way2, w[j] * w[j] * dot(along[j], along[j]));
   return way2;
 }
 
-/// sum of w a . b. Of two particles gradients are opposite.
+/// sum of w a . b. With two particles the gradients are opposite.
 template <class S, int n>
-KERNEL S product(const S (&w)[n], const Vector3<S> (&a)[n], const Vector3<S> (&b)[n]) {
+KERNEL S weighted_dot(const S (&w)[n], const Vector3<S> (&a)[n], const Vector3<S> (&b)[n]) {
   if constexpr (n == 2) {
     return (w[0] + w[1]) * dot(a[0], b[0]);
   } else {
@@ -55,18 +58,18 @@ KERNEL S product(const S (&w)[n], const Vector3<S> (&a)[n], const Vector3<S> (&b
   }
 }
 
-/// Whether applied / per times `along` takes no particle farther than `most` of the element's size at x. Of two
+/// Whether applied / per times `along` moves no particle farther than `most` times the element's size at x. With two
 /// particles `along` is as long as the element.
 template <class S, int n>
-KERNEL auto goes_within(const S& most, const S& applied, const S& per, const S (&w)[n], const Vector3<S> (&along)[n],
-                        const Vector3<S> (&x)[n]) {
+KERNEL auto moves_within(const S& most, const S& applied, const S& per, const S (&w)[n], const Vector3<S> (&along)[n],
+                         const Vector3<S> (&x)[n]) {
   if constexpr (n == 2)
     return applied * max(w[0], w[1]) <= most * per;
   else
-    return applied * applied * most_way2(w, along) <= most * most * size2_of(x) * per * per;
+    return applied * applied * max_displacement2(w, along) <= most * most * size2_of(x) * per * per;
 }
 
-/// The part of it that does, where it goes farther.
+/// The share of that correction that does not exceed it, where the whole does.
 template <class S, int n>
 KERNEL S share_within(const S& most, const S& applied, const S& per, const S (&w)[n], const Vector3<S> (&along)[n],
                       const Vector3<S> (&x)[n]) {
@@ -75,23 +78,23 @@ KERNEL S share_within(const S& most, const S& applied, const S& per, const S (&w
   if constexpr (n == 2)
     way = applied * max(w[0], w[1]);
   else
-    way = applied * sqrt(most_way2(w, along));
+    way = applied * sqrt(max_displacement2(w, along));
   S size = one;
   if constexpr (n > 2) size = sqrt(size2_of(x));
   return select(way > zero, most * per * size / select(way > zero, way, one), one);
 }
 
-/// Whether the gradient has turned by less than the angle of this cosine; cross: w grad . along.
+/// Whether the angle between both gradients is below that of this cosine; cross: w grad . along.
 template <class S, int n>
-KERNEL auto has_hardly_turned(double cosine, const S (&w)[n], const Vector3<S> (&grad)[n], const Vector3<S> (&along)[n],
-                              const S& cross) {
+KERNEL auto is_aligned(double cosine, const S (&w)[n], const Vector3<S> (&grad)[n], const Vector3<S> (&along)[n],
+                       const S& cross) {
   using R = typename RealOf<S>::type;
-  return S(R(cosine * cosine)) * product(w, grad, grad) * product(w, along, along) <= cross * cross;
+  return S(R(cosine * cosine)) * weighted_dot(w, grad, grad) * weighted_dot(w, along, along) <= cross * cross;
 }
 
-/// Whether a sum of w grad^2 is more than what rounding makes of the largest gradient.
+/// Whether a sum of w grad^2 exceeds the rounding error of the largest gradient.
 template <class S, int n>
-KERNEL auto is_told(const S& sum, const S (&w)[n], const Vector3<S> (&grad)[n]) {
+KERNEL auto exceeds_rounding(const S& sum, const S (&w)[n], const Vector3<S> (&grad)[n]) {
   using R = typename RealOf<S>::type;
   constexpr double rounding = sizeof(R) == 4 ? 0x1p-19 : 0x1p-48;  // 16 spacings at 1
   S most_w = w[0], most2 = dot(grad[0], grad[0]);
@@ -99,19 +102,19 @@ KERNEL auto is_told(const S& sum, const S (&w)[n], const Vector3<S> (&grad)[n]) 
   return sum > S(R(rounding * rounding)) * most_w * most2;
 }
 
-/// What several constraints at once make of their particles: `move` along their gradients now becomes `along`, the same
-/// of those where the substep began, if it has hardly turned: all of what they were solved for hangs on it. `far2`: how
-/// far all that they have applied in the substep takes them over the element's size, squared. Beyond `most` a share
-/// goes along.
+/// Replaces the correction `move` of several simultaneous constraints, which is along their current gradients, by
+/// `along`, the same along those at the start of the substep, if both are nearly parallel: the corrections were solved
+/// for with the current ones. `relative2`: total displacement in the substep over the element's size, squared. Beyond
+/// `most` only a share goes along.
 template <class S, int n>
-KERNEL void go_along(const S& most, const S& far2, const S (&w)[n], const Vector3<S> (&along)[n],
-                     Vector3<S> (&move)[n]) {
+KERNEL void blend_with_start(const S& most, const S& relative2, const S (&w)[n], const Vector3<S> (&along)[n],
+                             Vector3<S> (&move)[n]) {
   using R = typename RealOf<S>::type;
-  const S zero(R(0)), one(R(1)), cross = product(w, move, along);
-  const auto near = (zero <= cross) & has_hardly_turned(kTurned, w, move, along, cross);
-  const auto whole = near & (far2 <= most * most);
-  if (movemask(near) != movemask(whole)) {  // seldom
-    const S share = select(whole, one, most / sqrt(select(whole, one, far2))), other = one - share;
+  const S zero(R(0)), one(R(1)), cross = weighted_dot(w, move, along);
+  const auto near = (zero <= cross) & is_aligned(kMinTurnCosine, w, move, along, cross);
+  const auto whole = near & (relative2 <= most * most);
+  if (movemask(near) != movemask(whole)) {  // rare
+    const S share = select(whole, one, most / sqrt(select(whole, one, relative2))), other = one - share;
     for (int j = 0; j < n; ++j)
       move[j] = either(whole, along[j], either(near, along[j] * share + move[j] * other, move[j]));
   } else {
@@ -119,12 +122,12 @@ KERNEL void go_along(const S& most, const S& far2, const S (&w)[n], const Vector
   }
 }
 
-/// The squared measure of those whose elements have no better one: the way of the farthest particle over the size at x.
+/// `relative2` of elements that have no better measure: the largest displacement of a particle over the size at x.
 template <class S, int n>
-KERNEL S far2_of(const S (&w)[n], const Vector3<S> (&carried)[n], const Vector3<S> (&x)[n]) {
+KERNEL S relative_displacement2(const S (&w)[n], const Vector3<S> (&total)[n], const Vector3<S> (&x)[n]) {
   using R = typename RealOf<S>::type;
   const S zero(R(0)), one(R(1)), size2 = size2_of(x);
-  return most_way2(w, carried) / select(size2 > zero, size2, one);
+  return max_displacement2(w, total) / select(size2 > zero, size2, one);
 }
 
 }  // namespace malha

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What of a mesh a constraint can stand on: one table, which scenes, messages, benchmarks and tests read.
-// A new element is a line here and its list in host/model/elements.cpp.
+// Mesh elements that constraints are built on: one table for scenes, messages, benchmarks and tests.
+// A new element needs a line here and its list in host/model/elements.cpp.
 #pragma once
 #include "kernels/parallel/compute.h"
 
@@ -9,11 +9,11 @@ namespace malha {
 enum class Element { Edges, Hinges, Triangles, Tetrahedra, WingedTriangles };
 
 struct ElementFacts {
-  int particles;       // of one
-  const char* one;     // "hinge", in tables
-  const char* needed;  // which meshes have any, in messages
-  bool solid;          // of the inside of a body, rather than of its surface
-  bool weighed;        // its list says how much each one counts, whatever the kind
+  int particles;       // per element
+  const char* one;     // its name in tables, such as "hinge"
+  const char* needed;  // which meshes have any, for messages
+  bool solid;          // fills the inside of a body, rather than its surface
+  bool weighed;        // its list has a weight for each element, whatever the kind
 };
 
 KERNEL constexpr ElementFacts facts_of(Element element) {

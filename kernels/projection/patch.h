@@ -1,48 +1,49 @@
 // SPDX-License-Identifier: Apache-2.0
-// A patch: constraints that are projected together on particles that fit in fast memory. The constraints of a patch
-// belong to it alone; particles at its rim are shared, and patches that share one are never visited at once.
+// A patch: constraints that are projected together on particles that fit in fast memory (a block of a domain
+// decomposition). Every constraint belongs to one patch; particles at the boundary are shared, and patches that share
+// one are never solved at once.
 #pragma once
 #include "kernels/simd/pack.h"
 
 namespace malha {
 
-/// The most particles of a constraint that is projected in batches.
+/// The largest number of particles of a constraint that is projected in batches.
 inline constexpr int kMostParticles = 6;
 
-/// The most particles of a patch, with all that pads them: what a LocalIndex can number in every precision.
+/// The largest number of particles of a patch, padding included: what a LocalIndex can address in every precision.
 inline constexpr int kMostSlots = 65536 / kIndexScale<double>;
 
-/// Slots begin at multiples of this, the most lanes of a pack, whatever the lanes.
+/// Batches begin at multiples of this many slots, the lanes of the widest pack, whatever the instruction set.
 inline constexpr int kSlotPack = 16;
 
-/// Particles that lie side by side in the arrays and in the patch's memory, and that are treated alike.
+/// Particles that are consecutive both in the arrays and in the patch's memory, and that are treated alike.
 struct Segment {
   int global, local, count;
-  int origin, body;  // from which particle they are told, one of their body's in the patch; connected body
-  bool first_visit,
-      last_visit;  // in a sweep there and back over all patches, no other patch visits them before, or after
-  bool movable;    // pinned particles are only read
+  int origin, body;  // origin: particle of the same body in the patch that positions are relative to; connected body
+  // Whether no other patch solves them before, or after, in a forward and backward sweep over all patches.
+  bool first_solve, last_solve;
+  bool movable;  // pinned particles are only read
 };
 
 /// Constraints of one set and one colour: no two share a movable particle.
-/// A run: constraint i has the particles from[j] + i, for every i < count; gaps are padded. Otherwise they are
-/// gathered, and where there are no pins, whole packs are written back: padding then has particles of its own.
+/// In a run constraint i has the particles from[j] + i, for every i < count; gaps are padded. Particles of other
+/// batches are gathered, and, unless there are pins, scattered in whole packs: padding then has particles of its own.
 struct Batch {
   int set, slot, count;
-  int first;  // slots of the patch's batches before it
+  int first;  // number of slots of the patch's batches before it
   bool run, pins;
   LocalIndex from[kMostParticles];  // of a run
-  int index;                        // otherwise, where the particles of the slots stand in the set's index
+  int index;                        // of a gathered batch: offset of its particles in the set's index
   bool uniform_rest;                // a run whose rest values are all the same
-  int common;                       // where those stand, in the set's `common`
-  int rests;  // where those of the slots begin, in the set's; if they are alike, the bits that tell padding, in `held`
+  int common;                       // their offset in the set's `common`
+  int rests;  // offset of the slots' rest values in the set's `rest`; of a uniform run: of its bits in `valid`
 };
 
 struct Patch {
   int segment, segments;
   int batch, batches;
-  int slots;     // of fast memory, particles
-  bool columns;  // how that memory is laid out
+  int slots;     // particles in fast memory, padding included
+  bool columns;  // whether that memory is a structure of arrays (SoaView)
 };
 
 }  // namespace malha

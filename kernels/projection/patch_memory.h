@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The fast memory of a patch, laid out in one of two ways: columns (an array a coordinate) where packs read particles
-// that lie side by side, rows (two Vec4 a particle) where they gather them from anywhere. Of each particle it has where
-// the substep began, from an origin near its body, its inverse mass, and how far it has gone since: constraints are
-// computed from differences that rounding leaves nearly exact.
+// The fast memory of a patch, laid out in one of two ways: as a structure of arrays where packs load consecutive
+// particles, or as rows (two Vec4 per particle) where they gather particles from anywhere. It has the position of each
+// particle at the start of the substep, relative to an origin near its body, its inverse mass, and its displacement
+// since: constraints are computed from differences that rounding leaves nearly exact.
 #pragma once
 #include "kernels/simd/pack.h"
 
@@ -10,21 +10,21 @@ namespace malha {
 
 /// One particle, or a pack of them.
 template <class T>
-struct Moving {
-  Vector3<T> x;  // m, where the substep began
-  Vector3<T> d;  // m, the way since
+struct PatchParticle {
+  Vector3<T> x;  // m, position at the start of the substep
+  Vector3<T> d;  // m, displacement since
   T w;           // 1/kg
 };
 
-/// Numbers of fast memory that a particle takes.
-inline constexpr int kLocalNumbers = 8;
+/// Size of a particle in fast memory, numbers.
+inline constexpr int kNumbersPerParticle = 8;
 
-/// What both offer. T is R for one particle or Lane<R> for the pack of particles at, at + 1, ...
-/// fill, read: all of a particle; write, add: its way. Packs of any particles are gathered from both; they are
-/// scattered to rows only: the few in columns are written one by one.
+/// The structure of arrays. In both views T is R for one particle, or Lane<R> for the pack of particles at, at + 1, ...
+/// Packs of arbitrary particles are gathered from both views, and scattered to rows only: the few that a structure of
+/// arrays has are stored one by one.
 template <class R>
 struct SoaView {
-  static constexpr bool side_by_side = true;
+  static constexpr bool is_soa = true;
   R *x, *y, *z, *w, *dx, *dy, *dz;
   /// The first `slots` numbers of `memory` are x, and so on.
   KERNEL static SoaView over(R* memory, int slots) {
@@ -36,37 +36,37 @@ struct SoaView {
             memory + 5 * slots,
             memory + 6 * slots};
   }
-  /// The ways in place of where they are.
-  KERNEL SoaView ways() const { return {dx, dy, dz, nullptr, nullptr, nullptr, nullptr}; }
+  /// A view of the displacements in the place of the positions.
+  KERNEL SoaView displacements() const { return {dx, dy, dz, nullptr, nullptr, nullptr, nullptr}; }
   KERNEL SoaView from(int at) const { return {x + at, y + at, z + at, w + at, dx + at, dy + at, dz + at}; }
 
   template <class T>
-  KERNEL void fill(int at, const Moving<T>& q) const {
+  KERNEL void store_particle(int at, const PatchParticle<T>& q) const {
     store(q.x.x, x + at), store(q.x.y, y + at), store(q.x.z, z + at), store(q.w, w + at);
-    write(at, q.d);
+    store_displacement(at, q.d);
   }
   template <class T>
-  KERNEL void read(int at, Moving<T>& q) const {
+  KERNEL void load_particle(int at, PatchParticle<T>& q) const {
     load(x + at, q.x.x), load(y + at, q.x.y), load(z + at, q.x.z), load(w + at, q.w);
-    q.d = way<T>(at);
+    q.d = load_displacement<T>(at);
   }
   template <class T>
-  KERNEL Vector3<T> way(int at) const {
+  KERNEL Vector3<T> load_displacement(int at) const {
     Vector3<T> d;
     load(dx + at, d.x), load(dy + at, d.y), load(dz + at, d.z);
     return d;
   }
   template <class T>
-  KERNEL void write(int at, const Vector3<T>& d) const {
+  KERNEL void store_displacement(int at, const Vector3<T>& d) const {
     store(d.x, dx + at), store(d.y, dy + at), store(d.z, dz + at);
   }
   template <class T>
-  KERNEL void add(int at, const Vector3<T>& further) const {
-    write(at, way<T>(at) + further);
+  KERNEL void add_displacement(int at, const Vector3<T>& more) const {
+    store_displacement(at, load_displacement<T>(at) + more);
   }
-  KERNEL void add(int at, const Vec4<R>& further) const { add(at, further.xyz()); }
+  KERNEL void add_displacement(int at, const Vec4<R>& more) const { add_displacement(at, more.xyz()); }
   template <class S>
-  KERNEL void gather(const LocalIndex* index, Moving<S>& q) const {
+  KERNEL void gather(const LocalIndex* index, PatchParticle<S>& q) const {
     for (int i = 0; i < int(sizeof(S) / sizeof(R)); ++i) {
       const int at = index[i] / kIndexScale<R>;
       set_lane(q.x.x, i, x[at]), set_lane(q.x.y, i, y[at]), set_lane(q.x.z, i, z[at]), set_lane(q.w, i, w[at]);
@@ -75,52 +75,53 @@ struct SoaView {
   }
 };
 
+/// Rows.
 template <class R>
 struct AosView {
-  static constexpr bool side_by_side = false;
+  static constexpr bool is_soa = false;
   Vec4<R>*row, *d;
   KERNEL static AosView over(R* memory, int slots) {
     Vec4<R>* const rows = reinterpret_cast<Vec4<R>*>(memory);
     return {rows, rows + slots};
   }
-  KERNEL AosView ways() const { return {d, nullptr}; }
+  KERNEL AosView displacements() const { return {d, nullptr}; }
 
   template <class T>
-  KERNEL void fill(int at, const Moving<T>& q) const {
+  KERNEL void store_particle(int at, const PatchParticle<T>& q) const {
     scatter_rows(row + at, Consecutive().index, q.x, q.w);
-    write(at, q.d);
+    store_displacement(at, q.d);
   }
   template <class T>
-  KERNEL void read(int at, Moving<T>& q) const {
+  KERNEL void load_particle(int at, PatchParticle<T>& q) const {
     gather_rows(row + at, Consecutive().index, q.x, q.w);
-    q.d = way<T>(at);
+    q.d = load_displacement<T>(at);
   }
   template <class T>
-  KERNEL Vector3<T> way(int at) const {
+  KERNEL Vector3<T> load_displacement(int at) const {
     Vector3<T> q;
     T none;
     gather_rows(d + at, Consecutive().index, q, none);
     return q;
   }
   template <class T>
-  KERNEL void write(int at, const Vector3<T>& q) const {
+  KERNEL void store_displacement(int at, const Vector3<T>& q) const {
     scatter_rows(d + at, Consecutive().index, q, T(R(0)));
   }
   template <class T>
-  KERNEL void add(int at, const Vector3<T>& further) const {
-    write(at, way<T>(at) + further);
+  KERNEL void add_displacement(int at, const Vector3<T>& more) const {
+    store_displacement(at, load_displacement<T>(at) + more);
   }
-  /// further.w is 0.
-  KERNEL void add(int at, const Vec4<R>& further) const { add_row(d[at], further, R(1)); }
+  /// more.w is 0.
+  KERNEL void add_displacement(int at, const Vec4<R>& more) const { add_row(d[at], more, R(1)); }
   template <class S>
-  KERNEL void gather(const LocalIndex* index, Moving<S>& q) const {
+  KERNEL void gather(const LocalIndex* index, PatchParticle<S>& q) const {
     S none;
     gather_rows(row, index, q.x, q.w);
     gather_rows(d, index, q.d, none);
   }
   template <class S>
-  KERNEL void scatter(const LocalIndex* index, const Vector3<S>& way) const {
-    scatter_rows(d, index, way, S(R(0)));
+  KERNEL void scatter(const LocalIndex* index, const Vector3<S>& displacement) const {
+    scatter_rows(d, index, displacement, S(R(0)));
   }
 
  private:

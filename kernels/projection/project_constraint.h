@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One projection, written once for every constraint: gather, evaluate, PBD or XPBD update, scatter.
+// Projection of a batch of constraints, written once for every kind: gather, evaluate, PBD or XPBD update, scatter.
 #pragma once
 #include "kernels/projection/constraint_kind.h"
 #include "kernels/projection/direction.h"
@@ -10,26 +10,27 @@ namespace malha {
 
 /// Stiff: PBD, dp = -k' w grad C / sum w |grad C|^2 (Müller et al. 2006).
 /// Compliant: XPBD, dlambda = (-C - alpha~ lambda) / (sum w |grad C|^2 + alpha~) (Macklin, Müller, Chentanez 2016).
-/// Material: the same with a compliance of each constraint's own, alpha~ times the last of its rest values.
-/// In all of them particles go along grad C where the substep began, x, and a product grad C(p) . grad C(x) stands in
-/// place of the square (SHAKE: Ryckaert, Ciccotti, Berendsen 1977): second order in the substep, and the moments of
-/// what is applied are 0 about wherever the body was, converged or not. Where the gradient has turned too far since,
-/// they go along that at p, and partly where a constraint carries much (kernels/projection/direction.h).
+/// Material: XPBD with a compliance for each constraint, alpha~ times the last of its rest values.
+/// All of them move particles along grad C(x), the gradient at the start of the substep, and the product
+/// grad C(p) . grad C(x) replaces the square (SHAKE: Ryckaert, Ciccotti, Berendsen 1977). This is second order in the
+/// substep, and the corrections have no torque about the body's position then, converged or not. Where the gradient has
+/// turned too far since, particles are moved along that at p, and partly so where a constraint's force is large
+/// (kernels/projection/direction.h).
 enum class Update { Stiff, Compliant, Material };
 
-/// Whether a kind's constraints can have compliances of their own: Update::Material.
+/// Whether constraints of a kind can have a compliance each: Update::Material.
 template <class Kind>
 KERNEL constexpr bool takes_material() {
-  return Kind::strength.modulus != nullptr && (Kind::strength.free || facts_of(Kind::element).weighed);
+  return Kind::strength.modulus != nullptr && (Kind::strength.accepts_stiffness || facts_of(Kind::element).weighed);
 }
 
-/// How many rest values a constraint has.
+/// Number of rest values of a constraint.
 template <class Kind>
 KERNEL constexpr int rest_numbers(Update update) {
   return Kind::numbers + (update == Update::Material ? 1 : 0);
 }
 
-/// How many multipliers a constraint has: one, or as many as a kind says that has a step of its own for them.
+/// Number of multipliers of a constraint: one, or `multipliers` of a kind that has a step().
 template <class Kind>
 KERNEL constexpr int multipliers() {
   if constexpr (requires { Kind::multipliers; })
@@ -38,71 +39,74 @@ KERNEL constexpr int multipliers() {
     return 1;
 }
 
-/// A projection is linear: it follows the gradient straight on. Where the gradient does not turn on the way to C = 0 (a
-/// length along its line, a fold's vector, a spring to a point) a kind has nothing to say. Where it turns by its own
-/// size (an angle) the kind declares how far is too far,
-///   static constexpr int per_reach = 1;
-/// the place among its rest values of 1 / reach, 1/m: no particle goes farther than its reach in one projection. What
-/// is left over stays in C, and XPBD's multiplier holds what was applied, so that a later projection takes it and a
-/// balance is where it was. All particles go by the same share of their ways: momenta are kept. Within reach nothing
-/// changes, to the bit. Without it stiff angles on meshes of unequal heights gain energy without bound. (Volumes need
-/// none: from flattened, inverted and random starts they give back what meeting them gave once. neo_hookean's own
-/// step() does not overshoot. What pressure does at a particle has a bound of its own: kernels/forces/pressure.h.)
+/// Whether a kind bounds the step of a projection. A projection is linear: it moves particles in a straight line along
+/// the gradient. A kind whose gradient keeps its direction up to C = 0 (a length along its line, a fold's vector, a
+/// spring to a point) needs no bound. A kind whose gradient turns by its own size (an angle) declares one,
+///   static constexpr int per_max_step = 1;
+/// the index among its rest values of 1 / bound, 1/m: no particle moves farther than that in one projection. The rest
+/// of the violation stays in C, and XPBD's multiplier has what was applied, so that a later projection corrects it and
+/// equilibria stay where they are. All particles move by the same share of their corrections, which conserves momenta.
+/// Within the bound nothing changes, to the bit. Without it stiff angles on meshes of unequal heights gain energy
+/// without bound. (Volumes need none: from flattened, inverted and random starts they return the energy that the first
+/// projection gave them. The step() of neo_hookean does not overshoot. Pressure has a bound of its own:
+/// kernels/forces/pressure.h.)
 template <class Kind>
-KERNEL constexpr bool has_reach() {
-  return requires { Kind::per_reach; };
+KERNEL constexpr bool has_max_step() {
+  return requires { Kind::per_max_step; };
 }
-/// The part of the size at rest by which a particle may be moved in one projection: about a twentieth. No multiple of a
-/// grid's spacing is half way between two numbers of 8 bits.
-inline constexpr double kReach = 3.14159265358979323846 / 64;
+/// That bound as a share of the size at rest, about a twentieth. It is chosen so that no multiple of a grid's spacing
+/// is half way between two numbers of 8 bits.
+inline constexpr double kMaxStep = 3.14159265358979323846 / 64;
 
-/// a to 8 bits: the same for all of a grid, whose places are rounded, so that it is stored once.
+/// a rounded to 8 bits: the same for all elements of a grid in spite of rounded positions, so that it is stored once.
 template <class S>
 KERNEL S round_to_8_bits(const S& a) {
-  const S far = a * S(typename RealOf<S>::type(1.0 + (1LL << (sizeof(typename RealOf<S>::type) == 4 ? 16 : 45))));
-  return far - (far - a);
+  const S split = a * S(typename RealOf<S>::type(1.0 + (1LL << (sizeof(typename RealOf<S>::type) == 4 ? 16 : 45))));
+  return split - (split - a);
 }
 
-/// 1 / reach of what is so large at rest (m); 0, no bound, of what has no size.
+/// 1 / bound for an element of this size at rest (m); 0, no bound, for one without size.
 template <class S>
-KERNEL S per_reach_of(const S& size) {
+KERNEL S per_max_step_of(const S& size) {
   using R = typename RealOf<S>::type;
   const S zero(R(0)), one(R(1));
   const auto some = size > S(tiny<R>());
-  return select(some, round_to_8_bits(one / (S(R(kReach)) * select(some, size, one))), zero);
+  return select(some, round_to_8_bits(one / (S(R(kMaxStep)) * select(some, size, one))), zero);
 }
 
-/// The numbers of a set. Lambda is by slot, and so are rest values within a batch; padding has none (NaN).
+/// The data of a constraint set. Multipliers are stored by slot, and rest values by slot within a batch; those of
+/// padding are NaN.
 template <class R>
 struct SetView {
-  int kind;       // its number among the kinds of a sweep
-  Update update;  // how its constraints are met
+  int kind;       // index among the kinds of a sweep
+  Update update;  // how its constraints are projected
   int numbers;    // rest values of a constraint
   const LocalIndex* index[kMostParticles];
-  const R* rest;                // of every 16 slots the first values, then the second ones, ...
-  const R* common;              // of batches where they are all alike
-  const unsigned short* valid;  // there, a bit a slot
-  R* lambda;                    // with compliance: accumulated over the projections of a substep
+  const R* rest;                // 16 slots after 16: their first values, then their second ones, ...
+  const R* common;              // rest values of uniform batches
+  const unsigned short* valid;  // of uniform batches, one bit for each slot: not padding
+  R* lambda;                    // multipliers, accumulated over the projections of a substep; unused if stiff
   R stiffness;                  // Stiff: k'
   R compliance;                 // otherwise: alpha~ = alpha / dt^2
-  bool from_start;              // whether directions are those where the substep began
-  R taut;                       // see kTaut (kernels/projection/direction.h)
+  bool from_start;              // whether directions are gradients at the start of the substep
+  R max_start_step;             // kMaxStartStep (kernels/projection/direction.h)
 };
 
-/// The rest values of a pack. Where a lane holds no constraint (padding) every kind answers with a zero gradient: in a
-/// run it reads and writes particles of other constraints, finite or not.
+/// The rest values of a pack. In a lane without constraint (padding) every kind returns a zero gradient: in a run such
+/// a lane loads and stores particles of other constraints, finite or not.
 template <class S, int numbers>
 struct RestOf {
   S value[numbers];
   decltype(S() == S()) valid;
 };
 
-/// Where a pack's particles were and are, from the first one's places: differences of what is stored, nearly exact.
+/// Positions of a pack's particles at the start of the substep and now, relative to the first one: differences of
+/// stored numbers, nearly exact.
 template <class S, int n>
 struct Places {
   Vector3<S> x[n], p[n];
-  /// Not `from_start`: as if the substep began where they are.
-  KERNEL Places(const Moving<S> (&q)[n], bool from_start) {
+  /// Without `from_start` the start is the current position.
+  KERNEL Places(const PatchParticle<S> (&q)[n], bool from_start) {
     const S zero(typename RealOf<S>::type(0));
     x[0] = p[0] = {zero, zero, zero};
     for (int j = 1; j < n; ++j) x[j] = q[j].x - q[0].x, p[j] = x[j] + (q[j].d - q[0].d);
@@ -111,15 +115,17 @@ struct Places {
   }
 };
 
-/// A gradient along a vector of any length, such as a fold's, turns on ways however short, and so does that of an angle
-/// whose triangles are crushed. What is across it would stay unmet. The kind says by which cosine it may turn:
-///   static constexpr double turns = 0.97;
+/// Whether a kind limits the angle between its gradients at the start of the substep and now. The gradient along a
+/// vector of any length, such as a fold's, can turn in displacements however short, and so can that of an angle whose
+/// triangles are crushed. A violation across the old gradient would never be corrected. The kind declares the cosine
+/// of the largest angle:
+///   static constexpr double min_turn_cosine = 0.97;
 template <class Kind>
-KERNEL constexpr bool gradient_turns() {
-  return requires { Kind::turns; };
+KERNEL constexpr bool limits_turn() {
+  return requires { Kind::min_turn_cosine; };
 }
 
-/// What one projection does to the particles of a pack: d += w grad dlambda.
+/// One projection of a pack of constraints: d += w grad dlambda.
 template <class Kind, Update update, class R>
 struct Correct {
   static constexpr int n = Kind::particles;
@@ -128,35 +134,36 @@ struct Correct {
   R number;              // k' or alpha~
   bool first_iteration;  // first projection of a substep: lambda is 0
   bool from_start;
-  R taut;
+  R max_start_step;
 
   KERNEL Correct(const SetView<R>& set, int slot, bool first)
       : lambda(set.lambda + slot * multipliers<Kind>()),
         number(update == Update::Stiff ? set.stiffness : set.compliance),
         first_iteration(first),
         from_start(set.from_start),
-        taut(set.taut) {}
+        max_start_step(set.max_start_step) {}
 
-  /// C and its gradient come scaled by s > 0, which PBD's update does not notice: XPBD's multiplier is s dlambda.
+  /// evaluate() scales C and its gradient by s > 0. PBD's update is invariant to it; XPBD's multiplier is s dlambda.
   template <class S>
-  KERNEL void operator()(Moving<S> (&q)[n], const RestOf<S, numbers>& rest, int at) const {
+  KERNEL void operator()(PatchParticle<S> (&q)[n], const RestOf<S, numbers>& rest, int at) const {
     const Places<S, n> places(q, from_start);
     if constexpr (multipliers<Kind>() > 1)
       step(q, places, rest, at);
     else
-      meet(q, places, rest, at);
+      project_one(q, places, rest, at);
   }
 
  private:
   template <class S>
-  KERNEL void meet(Moving<S> (&q)[n], const Places<S, n>& places, const RestOf<S, numbers>& rest, int at) const {
+  KERNEL void project_one(PatchParticle<S> (&q)[n], const Places<S, n>& places, const RestOf<S, numbers>& rest,
+                          int at) const {
     Vector3<S> grad[n], along[n];
     S s, s_along, w[n];
     for (int j = 0; j < n; ++j) w[j] = q[j].w;
     const S C = Kind::evaluate(places.p, rest.value, rest.valid, grad, s);
     Kind::evaluate(places.x, rest.value, rest.valid, along, s_along);
-    const S zero(R(0)), one(R(1)), cross = product(w, grad, along);
-    // applied / per times `along` is what this correction and those before it in the substep take particles to.
+    const S zero(R(0)), one(R(1)), cross = weighted_dot(w, grad, along);
+    // applied / per times `along` is the total of this correction and those before it in the substep.
     S alpha = zero, total = zero, wanted = -C, per = cross, applied;
     if constexpr (update == Update::Stiff) {
       wanted = wanted * S(number), applied = abs(wanted);
@@ -168,38 +175,39 @@ struct Correct {
       applied = abs(wanted) * s_along + abs(total) * per, per = per * s_along;
     }
     auto near = cross > zero;
-    if constexpr (gradient_turns<Kind>()) near = near & has_hardly_turned(Kind::turns, w, grad, along, cross);
-    const auto whole = near & goes_within(S(taut), applied, per, w, along, places.x);
+    if constexpr (limits_turn<Kind>()) near = near & is_aligned(Kind::min_turn_cosine, w, grad, along, cross);
+    const auto whole = near & moves_within(S(max_start_step), applied, per, w, along, places.x);
     S sum = cross;
-    if ((movemask(rest.valid) & ~movemask(whole)) != 0) {  // seldom: a branch costs less than what it leaves out
-      // A lane's bits do not hang on the other lanes: those that go all along the start stay as they are.
-      const S share = share_within(S(taut), applied, per, w, along, places.x), other = one - share;
-      const S now = product(w, grad, grad);
+    if ((movemask(rest.valid) & ~movemask(whole)) != 0) {  // rare: the branch costs less than the work that it saves
+      // A lane's bits do not depend on other lanes: those that go wholly along the old gradient stay as they are.
+      const S share = share_within(S(max_start_step), applied, per, w, along, places.x), other = one - share;
+      const S now = weighted_dot(w, grad, grad);
       sum = select(whole, cross, select(near, cross * share + now * other, now));
       s_along = select(whole, s_along, select(near, s_along * share + s * other, s));
       for (int j = 0; j < n; ++j)
         along[j] = either(whole, along[j], either(near, along[j] * share + grad[j] * other, grad[j]));
     }
     S way2 = S(R(0));
-    if constexpr (has_reach<Kind>()) way2 = most_way2(w, along);
-    // Over `against(wanted, all)` what is wanted of dlambda takes no particle beyond its reach. (NaN, padding: all.)
-    const auto against = [&](const S& all) KERNEL_LAMBDA {
-      if constexpr (has_reach<Kind>())
-        return max(max(wanted, -wanted) * (sqrt(way2) * rest.value[Kind::per_reach]), all);
+    if constexpr (has_max_step<Kind>()) way2 = max_displacement2(w, along);
+    // wanted / bounded(denominator) moves no particle farther than the bound. (NaN of padding gives the denominator.)
+    const auto bounded = [&](const S& all) KERNEL_LAMBDA {
+      if constexpr (has_max_step<Kind>())
+        return max(max(wanted, -wanted) * (sqrt(way2) * rest.value[Kind::per_max_step]), all);
       else
         return all;
     };
 
-    // No gradient, no movable particle, or padding: skip, never NaN. So are those whose movable particles have a
-    // gradient of rounding alone, such as the free corner of a hinge with pins in a line.
+    // Constraints without gradient or movable particle, and padding, are skipped, never NaN. So are constraints whose
+    // movable particles have a gradient of rounding errors alone, such as the free corner of a hinge with collinear
+    // pins.
     auto moves = sum > S(tiny<R>());
-    if constexpr (n > 2) moves = moves & is_told(sum, w, along);
+    if constexpr (n > 2) moves = moves & exceeds_rounding(sum, w, along);
     S dlambda;
     if constexpr (update == Update::Stiff) {
-      dlambda = select(moves, wanted / against(sum), zero);
+      dlambda = select(moves, wanted / bounded(sum), zero);
       if constexpr (Kind::inequality) dlambda = max(dlambda, zero);
     } else {
-      dlambda = wanted / against(select(moves, sum + alpha * s * s_along, one));
+      dlambda = wanted / bounded(select(moves, sum + alpha * s * s_along, one));
       if constexpr (Kind::inequality) dlambda = max(dlambda, -total / select(moves, s_along, one));
       dlambda = select(moves, dlambda, zero);
       store(total + s_along * dlambda, lambda + at);
@@ -207,9 +215,9 @@ struct Correct {
     for (int j = 0; j < n; ++j) q[j].d = q[j].d + along[j] * (w[j] * dlambda);
   }
 
-  /// The kind's own, of all its multipliers at once; of every 16 slots the first ones, then the second ones, ...
+  /// The kind's step() for all its multipliers at once, which are stored as rest values are.
   template <class S>
-  KERNEL void step(Moving<S> (&q)[n], const Places<S, n>& places, const RestOf<S, numbers>& rest, int at) const {
+  KERNEL void step(PatchParticle<S> (&q)[n], const Places<S, n>& places, const RestOf<S, numbers>& rest, int at) const {
     constexpr int m = multipliers<Kind>();
     R* const sums = lambda + at / kSlotPack * kSlotPack * m + at % kSlotPack;
     S sum[m], w[n];
@@ -221,13 +229,13 @@ struct Correct {
     Vector3<S> move[n];
     S alpha(update == Update::Stiff ? R(0) : number);
     if constexpr (update == Update::Material) alpha = alpha * rest.value[Kind::numbers];
-    Kind::step(places.p, places.x, w, rest.value, rest.valid, alpha, S(taut), sum, move);
+    Kind::step(places.p, places.x, w, rest.value, rest.valid, alpha, S(max_start_step), sum, move);
     for (int k = 0; k < m; ++k) store(sum[k], sums + k * kSlotPack);
     for (int j = 0; j < n; ++j) q[j].d = q[j].d + move[j] * w[j];
   }
 };
 
-/// The rest values of a batch, from its first slot on: those of each slot,
+/// Rest values of a batch by slot.
 template <class R, int numbers>
 struct RestOfEach {
   const R* rest;
@@ -240,7 +248,7 @@ struct RestOfEach {
     return of;
   }
 };
-/// or the same for all that are not padding, as in a grid: a 32nd of the memory.
+/// Rest values of a uniform batch, such as a grid's: a 32nd of the memory.
 template <class R, int numbers>
 struct RestOfAll {
   R rest[numbers];
@@ -265,14 +273,14 @@ struct ProjectRun {
   using S = Lane<R, Isa>;
   Correct<Kind, update, R> correct;
   Rest rest;
-  Local end[n];  // the memory from where each end begins
+  Local end[n];  // memory from the first particle of each corner on
 
   KERNEL void operator()(int pack) const {
     const int first = pack * lanes;
-    Moving<S> q[n];
-    for (int j = 0; j < n; ++j) end[j].read(first, q[j]);
+    PatchParticle<S> q[n];
+    for (int j = 0; j < n; ++j) end[j].load_particle(first, q[j]);
     correct(q, rest.template read<S>(first), first);
-    for (int j = 0; j < n; ++j) end[j].write(first, q[j].d);
+    for (int j = 0; j < n; ++j) end[j].store_displacement(first, q[j].d);
   }
 };
 
@@ -282,46 +290,46 @@ struct ProjectGathered {
   static constexpr int n = Kind::particles;
   static constexpr int lanes = kLanes<R, Isa>;
   using S = Lane<R, Isa>;
-  struct Ends {
-    Moving<S> q[n];
+  struct Corners {
+    PatchParticle<S> q[n];
   };
   Local local;
   Correct<Kind, update, R> correct;
   RestOfEach<R, rest_numbers<Kind>(update)> rest;
   const LocalIndex* index[n];
 
-  // Addresses are cheaper computed again than kept: there are more than registers.
-  KERNEL Ends read(int pack) const {
-    Ends ends;
-    for (int j = 0; j < n; ++j) local.gather(unknown(index[j]) + pack * lanes, ends.q[j]);
-    return ends;
+  // Addresses are cheaper to recompute than to keep: there are more of them than registers.
+  KERNEL Corners read(int pack) const {
+    Corners corners;
+    for (int j = 0; j < n; ++j) local.gather(opaque(index[j]) + pack * lanes, corners.q[j]);
+    return corners;
   }
-  KERNEL void compute(int pack, Ends& ends) const {
-    correct(ends.q, rest.template read<S>(pack * lanes), pack * lanes);
+  KERNEL void compute(int pack, Corners& corners) const {
+    correct(corners.q, rest.template read<S>(pack * lanes), pack * lanes);
   }
-  KERNEL void write(int pack, const Ends& ends) const {
-    for (int j = 0; j < n; ++j) local.scatter(unknown(index[j]) + pack * lanes, ends.q[j].d);
+  KERNEL void write(int pack, const Corners& corners) const {
+    for (int j = 0; j < n; ++j) local.scatter(opaque(index[j]) + pack * lanes, corners.q[j].d);
   }
 };
 
-/// Projects the packs of one with pins: of its `count` constraints only the movable particles (w > 0) are written back,
-/// because pinned ones may be shared.
+/// Projects the packs of a gathered batch with pins: only the movable particles (w > 0) of its `count` constraints are
+/// stored, because constraints may share pinned ones.
 template <class Kind, Update update, class R, class Isa, class Local>
-struct ProjectCarefully {
+struct ProjectWithPins {
   using Kernel = ProjectGathered<Kind, update, R, Isa, Local>;
   Kernel kernel;
   int count;
 
   KERNEL void operator()(int pack) const {
-    typename Kernel::Ends ends = kernel.read(pack);
-    kernel.compute(pack, ends);
+    typename Kernel::Corners corners = kernel.read(pack);
+    kernel.compute(pack, corners);
     const int first = pack * Kernel::lanes, last = count - first < Kernel::lanes ? count - first : Kernel::lanes;
     for (int j = 0; j < Kernel::n; ++j)
       for (int i = 0; i < last; ++i) {
-        const Moving<typename Kernel::S>& q = ends.q[j];
+        const PatchParticle<typename Kernel::S>& q = corners.q[j];
         if (lane(q.w, i) > R(0))
-          kernel.local.write(kernel.index[j][first + i] / kIndexScale<R>,
-                             Vector3<R>{lane(q.d.x, i), lane(q.d.y, i), lane(q.d.z, i)});
+          kernel.local.store_displacement(kernel.index[j][first + i] / kIndexScale<R>,
+                                          Vector3<R>{lane(q.d.x, i), lane(q.d.y, i), lane(q.d.z, i)});
       }
   }
 };
@@ -334,7 +342,7 @@ KERNEL void project(const Group& group, const Local& local, const SetView<R>& se
   constexpr int n = Kind::particles, lanes = kLanes<R, Isa>, numbers = rest_numbers<Kind>(update);
   const int packs = (batch.count + lanes - 1) / lanes;
   const Correct<Kind, update, R> correct(set, batch.slot, first_iteration);
-  if constexpr (Local::side_by_side) {
+  if constexpr (Local::is_soa) {
     const auto project_run = [&]<class Rest>(const Rest& rest) KERNEL_LAMBDA {
       ProjectRun<Kind, update, R, Isa, Local, Rest> kernel{correct, rest, {}};
       for (int j = 0; j < n; ++j) kernel.end[j] = local.from(batch.from[j]);
@@ -346,10 +354,10 @@ KERNEL void project(const Group& group, const Local& local, const SetView<R>& se
   }
   ProjectGathered<Kind, update, R, Isa, Local> kernel{local, correct, {set.rest + batch.rests}, {}};
   for (int j = 0; j < n; ++j) kernel.index[j] = set.index[j] + batch.index;
-  if constexpr (!Local::side_by_side) {
+  if constexpr (!Local::is_soa) {
     if (!batch.pins) return group.for_each_ahead(packs, kernel);
   }
-  group.for_each(packs, ProjectCarefully<Kind, update, R, Isa, Local>{kernel, batch.count});
+  group.for_each(packs, ProjectWithPins<Kind, update, R, Isa, Local>{kernel, batch.count});
 }
 
 }  // namespace malha

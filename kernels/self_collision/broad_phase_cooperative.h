@@ -72,7 +72,7 @@ struct FindCandidatesCooperatively {
   }
 
   template <PairKind kind, class Group>
-  KERNEL_APART void compare_clusters(const Group& group, SharedMemory& shared, int one, int other,
+  KERNEL_NOINLINE void compare_clusters(const Group& group, SharedMemory& shared, int one, int other,
                                      bool wire_edge) const {
     constexpr ClusterItems kOne = kOneSide<kind>, kOther = kOtherSide<kind>;
     const auto leaf = [&](ClusterItems items, int unit)

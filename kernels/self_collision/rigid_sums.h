@@ -59,7 +59,7 @@ struct ComputeTruncationChange {
   ScatteredPoints<R> x0;
   Vector3<R> origin;  // m, of x0
   Vec4<R>* before;
-  KERNEL void operator()(int i) const { before[i].set(p.from(i, x0[i], origin) - before[i].xyz()); }
+  KERNEL void operator()(int i) const { before[i].set(p.displacement_from(i, x0[i], origin) - before[i].xyz()); }
 };
 
 /// Sums of each run of particles, from their state at the end of the substep.
@@ -83,7 +83,7 @@ struct SumTruncation {
     const R w = particles.w[i];
     const Vector3<R> change = before[i].xyz();
     const Vector3<double> v = in_double(particles.v[i]), first = in_double(x0[0]), start = in_double(x0[i]),
-                          x = particles.p.start(i) - in_double(origin);
+                          x = particles.p.exact_start(i) - in_double(origin);
     if (!(w > R(0))) sum.pins = max(sum.pins, norm(x - start));
     if (!(w > R(0)) || !(dot(v, v) < double(INFINITY))) return;
     sum.changed |= same(change, {R(0), R(0), R(0)}) ? 0 : 1;
@@ -111,7 +111,7 @@ struct AddRigidCorrection {
     const Vector3<double> from = in_double(origin) + in_double(x0[0]) + centre;
     for (int i = runs[r].first; i < runs[r].first + runs[r].count; ++i) {
       if (!(particles.w[i] > R(0))) continue;
-      const Vector3<double> arm = particles.p.start(i) - from;
+      const Vector3<double> arm = particles.p.exact_start(i) - from;
       particles.v.set(i, rounded<R>(in_double(particles.v[i]) * kept + velocity + cross(omega, arm)));
     }
   }

@@ -118,7 +118,7 @@ struct CandidateContactParams {
 template <class R>
 struct EvaluateCandidate {
   const Candidate* candidates;
-  Reaches<R> reaches;
+  ParticleBounds<R> reaches;
   CandidateContactParams<R> rules;
 
   /// Weights at the closest points of the four x.

@@ -15,7 +15,7 @@ struct ComputeDisplacements {
   const R* w;
   Trajectories<R> motions;
   KERNEL void operator()(int i) const {
-    const Vector3<R> d = p.from(i, motions.x0[i].xyz(), motions.origin);
+    const Vector3<R> d = p.displacement_from(i, motions.x0[i].xyz(), motions.origin);
     motions.moved[i] = {d.x, d.y, d.z, w[i]};
   }
 };
@@ -27,7 +27,7 @@ struct ApplyDisplacements {
   Displaced<R> p;
   KERNEL void operator()(int i) const {
     const Vector3<R> x0 = motions.x0[i].xyz(), d = motions.moved[i].xyz();
-    if (!same(d, p.from(i, x0, motions.origin))) p.set_from(i, x0, motions.origin, d);
+    if (!same(d, p.displacement_from(i, x0, motions.origin))) p.set_displacement_from(i, x0, motions.origin, d);
   }
 };
 
@@ -105,8 +105,8 @@ struct ClampToSweptBounds {
     const Vector3<R> kept{within(to.x, box.low.x, box.high.x), within(to.y, box.low.y, box.high.y),
                           within(to.z, box.low.z, box.high.z)};
     if (same(kept, to)) return;
-    p.add(i, kept - to);
-    motions.moved[i].set(p.from(i, motions.x0[i].xyz(), motions.origin));
+    p.add_displacement(i, kept - to);
+    motions.moved[i].set(p.displacement_from(i, motions.x0[i].xyz(), motions.origin));
   }
 
  private:

@@ -45,7 +45,7 @@ KERNEL S min_swept_distance(const SweptBounds<R>& reach, const PairIndices& at) 
   S margin[4], unused, w[4];
   for (int j = 0; j < 4; ++j) gather_rows(reach.from, at.of[j], x[j], margin[j]);
   weigh<kind>(x, w);
-  const Vector3<S> apart = apart_by(x, w);
+  const Vector3<S> apart = closest_difference(x, w);
   const Vector3<S> n = apart * (S(R(1)) / sqrt(dot(apart, apart)));
   const S diagonal = abs(n.x) + abs(n.y) + abs(n.z);
   // For any n, the sides come no nearer along it than this.
@@ -72,7 +72,7 @@ KERNEL S required_distance(const SweptBounds<R>& reach, R thickness, const PairI
   S body[4], w[4];
   for (int j = 0; j < 4; ++j) gather_rows(reach.rest, at.of[j], x[j], body[j]);
   weigh<kind>(x, w);
-  const Vector3<S> at_rest = apart_by(x, w);
+  const Vector3<S> at_rest = closest_difference(x, w);
   const S min_distance(thickness);
   return select(body[0] == body[3], min(min_distance, sqrt(dot(at_rest, at_rest)) * S(R(0.5))), min_distance);
 }

@@ -273,8 +273,8 @@ struct TruncateDisplacements {
   KERNEL void operator()(int i) const {
     if (states[i] != MotionState::Truncating) return;
     const Vector3<R> x0 = motions.x0[i].xyz();
-    p.set_from(i, x0, motions.origin, rest_motion + (motions.moved[i].xyz() - rest_motion) * fraction[i]);
-    motions.moved[i].set(p.from(i, x0, motions.origin));
+    p.set_displacement_from(i, x0, motions.origin, rest_motion + (motions.moved[i].xyz() - rest_motion) * fraction[i]);
+    motions.moved[i].set(p.displacement_from(i, x0, motions.origin));
     states[i] = MotionState::Truncated;
   }
 };

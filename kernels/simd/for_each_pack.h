@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// Packs and single particles that cover a number of them.
+// Loops over a range of particles in packs, and the maximum over such a loop.
 #pragma once
 #include "kernels/parallel/compute.h"
 #include "kernels/simd/pack.h"
 
 namespace malha {
 
-/// Calls work(i, T()) for the packs and single particles that cover `count`, some twice.
+/// Calls work(i, T()) for packs that cover 0 .. count - 1. The last pack may overlap the one before it, so that `work`
+/// has to be idempotent. A count below the lanes of a pack is done one by one, with T = R.
 template <class R, class Group, class Work>
-KERNEL void cover(const Group& group, int count, const Work& work) {
+KERNEL void for_each_pack(const Group& group, int count, const Work& work) {
   using Isa = typename Group::Isa;
   constexpr int lanes = kLanes<R, Isa>;
   if (count < lanes)
@@ -20,9 +21,9 @@ KERNEL void cover(const Group& group, int count, const Work& work) {
     });
 }
 
-/// The same, each once.
+/// The same with every index once: whole packs, and then what is left one by one.
 template <class R, class Group, class Work>
-KERNEL void cover_once(const Group& group, int count, const Work& work) {
+KERNEL void for_each_pack_once(const Group& group, int count, const Work& work) {
   using Isa = typename Group::Isa;
   constexpr int lanes = kLanes<R, Isa>;
   const int packs = count / lanes;
@@ -30,23 +31,23 @@ KERNEL void cover_once(const Group& group, int count, const Work& work) {
   group.for_each(count - packs * lanes, [&](int i) KERNEL_LAMBDA { work(packs * lanes + i, R()); });
 }
 
-/// The largest of what covers it.
+/// Maximum over packs and single numbers.
 template <class R, class Isa>
-struct LargestCovered {
-  Lane<R, Isa> of_packs;
-  R largest;
-  KERNEL explicit LargestCovered(R least) : of_packs(least), largest(least) {}
+struct PackMax {
+  Lane<R, Isa> packs;
+  R singles;
+  KERNEL explicit PackMax(R least) : packs(least), singles(least) {}
 
   template <class T>
   KERNEL void add(const T& number) {
-    if constexpr (sizeof(T) == sizeof(of_packs))
-      of_packs = max(of_packs, number);
+    if constexpr (sizeof(T) == sizeof(packs))
+      packs = max(packs, number);
     else
-      largest = max(largest, number);
+      singles = max(singles, number);
   }
   KERNEL R value() const {
-    R all = largest;
-    for (int l = 0; l < kLanes<R, Isa>; ++l) all = max(all, lane(of_packs, l));
+    R all = singles;
+    for (int l = 0; l < kLanes<R, Isa>; ++l) all = max(all, lane(packs, l));
     return all;
   }
 };

@@ -7,7 +7,7 @@ namespace malha {
 
 namespace detail {
 
-/// Of a positive normal number a = m 2^e: m in [1, 2), and e. By the bits of IEEE 754.
+/// Splits a positive normal number a = m 2^e by its IEEE 754 bits: returns m in [1, 2), and sets e.
 KERNEL float split(float a, float& e) {
   int bits;
   __builtin_memcpy(&bits, &a, sizeof bits);
@@ -39,7 +39,7 @@ KERNEL Pack<R, bytes> split(Pack<R, bytes> a, Pack<R, bytes>& e) {
 
 }  // namespace detail
 
-/// log(a) of a positive a, below the smallest normal number as of that one. Cephes' rational approximation (Moshier
+/// log(a) of a positive a; denormal numbers count as the smallest normal one. Cephes' rational approximation (Moshier
 /// 1989, log.c), error below 2 ulp.
 template <class S>
 KERNEL S logarithm(S a) {

@@ -1,19 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-// Packs: several constraints side by side in one register, and how their particles come in and go out.
+// Packs: several constraints in the lanes of one register, and the loads, stores, gathers and scatters of their
+// particles.
 // On the CPU a pack is a compiler vector (no intrinsics, any instruction set, the same bits on all of them: every
-// operation is elementwise IEEE). For a thread of a device a lane is a plain number (OneLane).
+// operation is elementwise IEEE). On a device every thread has one lane, a plain number (OneLane).
 #pragma once
 #include "kernels/simd/particles.h"
 
 namespace malha {
 
-/// A particle within a patch, so that 8 * index is its place in bytes among rows (Vec4) of R: an addressing mode. Wider
-/// integers (Index below) number the particles of any model in the same way.
+/// Index of a particle within a patch, scaled so that 8 * index is its offset in bytes among rows (Vec4) of R, which is
+/// an addressing mode. Wider integers (Index below) number the particles of any model in the same way.
 using LocalIndex = unsigned short;
 template <class R>
 inline constexpr int kIndexScale = int(sizeof(Vec4<R>)) / 8;
 
-/// One number, or (below) a pack of them, from or to any place in an array.
+/// Loads and stores one number, or (below) a pack of them, at any address of an array.
 template <class R>
 KERNEL void load(const R* from, R& to) {
   to = *from;
@@ -24,7 +25,7 @@ KERNEL void store(const R& from, R* to) {
   *to = from;
 }
 
-/// One particle, or (below) a pack of them, from or to rows.
+/// Gathers one particle, or (below) a pack of them, from rows, and scatters them to rows.
 template <class R, class Index>
 KERNEL Vec4<R>& row_at(Vec4<R>* rows, Index index) {
   return rows[index / kIndexScale<R>];
@@ -40,7 +41,8 @@ KERNEL void scatter_rows(Vec4<R>* rows, const Index* index, const Vector3<R>& po
   row_at(rows, *index) = {position.x, position.y, position.z, w};
 }
 
-/// Lanes of a pack of R: what a register holds, but at least four, because particles come and go in blocks of four.
+/// Lanes of a pack of R: as many as a register has, but at least four, because particles are gathered and scattered in
+/// blocks of four.
 template <class R, class Isa = NativeIsa>
 inline constexpr int kLanes = Isa::register_bytes < 4 * int(sizeof(R)) ? 4 : Isa::register_bytes / int(sizeof(R));
 template <class R>
@@ -55,7 +57,7 @@ struct LaneOf<R, 1> {
 template <class R, class Isa = NativeIsa>
 using Lane = typename LaneOf<R, kLanes<R, Isa>>::type;
 
-/// What packs offer (below), of a single number.
+/// The lane access of packs (below), for a single number.
 template <class R>
 KERNEL R lane(const R& a, int) {
   return a;
@@ -69,7 +71,7 @@ requires(sizeof(S) == sizeof(typename RealOf<S>::type)) KERNEL bool mask_from_bi
 
 #if !defined(__CUDACC__)
 
-/// The compiler's vector type. In a struct of its own: within Pack g++ 12 would take it for R.
+/// The compiler's vector type. It has a struct of its own because within Pack g++ 12 would take it for R.
 template <class R, int bytes>
 struct VectorOf {
   typedef R Type __attribute__((vector_size(bytes)));
@@ -84,8 +86,8 @@ struct Pack {
   Vector v;
   Pack() = default;
   KERNEL Pack(Vector a) : v(a) {}
-  /// -0 becomes 0. (Of a number that it did not compute g++ 12 fills the lanes one by one, where it has a function's
-  /// instructions and not the build's.)
+  /// Broadcasts a; -0 becomes 0. (Without the sum g++ 12 fills the lanes one by one in functions that are compiled for
+  /// another instruction set than the build's.)
   KERNEL Pack(R a) : v(Vector{} + a) {}
 };
 
@@ -155,7 +157,7 @@ KERNEL Pack<R, bytes> sqrt(Pack<R, bytes> a) {
 
 namespace detail {
 
-/// One particle.
+/// The four numbers of one particle's row as a vector.
 template <class R>
 struct Four {
   typedef R Vector __attribute__((vector_size(4 * sizeof(R)), may_alias));
@@ -191,7 +193,7 @@ KERNEL auto join(V a, V b, Indices<I...>) {
   return __builtin_shufflevector(a, b, I...);
 }
 
-/// Four lanes starting at 4 * block. (As a shuffle g++ would not see that it can store them straight to memory.)
+/// The four lanes from 4 * block on. (g++ stores them straight to memory from this, but not from a shuffle.)
 template <class R, int block, class V>
 KERNEL Quartet<R> quarter(V a) {
   Quartet<R> four;
@@ -220,7 +222,7 @@ template <class R, class Index>
 KERNEL char* address(Vec4<R>* rows, Index index) {
   return reinterpret_cast<char*>(rows) + size_t(8) * index;
 }
-/// (Not one function for any type: a template's argument loses may_alias.)
+/// (quartet() and bits() are two functions because a template's argument loses may_alias.)
 template <class R, class Index>
 KERNEL Quartet<R>& quartet(Vec4<R>* rows, Index index) {
   return *reinterpret_cast<Quartet<R>*>(address(rows, index));
@@ -232,8 +234,8 @@ KERNEL Bits16& bits(Vec4<R>* rows, Index index) {
 }
 #endif
 
-/// The particles index[0], index[4], ... side by side: row k of a gather is that of index + k, and after the
-/// transposition lane j belongs to index[j].
+/// The rows of particles index[0], index[4], ... next to each other: called with index + k it gives row k of a gather,
+/// and after the transposition lane j belongs to particle index[j].
 template <class V, class R, class Index>
 KERNEL V row(Vec4<R>* rows, const Index* index) {
   constexpr int n = int(sizeof(V) / sizeof(Vec4<R>));
@@ -259,7 +261,7 @@ KERNEL V row(Vec4<R>* rows, const Index* index) {
 }
 
 template <int block, class R, class Index, class V>
-KERNEL void put(Vec4<R>* rows, const Index* index, V r0, V r1, V r2, V r3) {
+KERNEL void scatter_block(Vec4<R>* rows, const Index* index, V r0, V r1, V r2, V r3) {
   quartet(rows, index[4 * block]) = quarter<R, block>(r0);
   quartet(rows, index[4 * block + 1]) = quarter<R, block>(r1);
   quartet(rows, index[4 * block + 2]) = quarter<R, block>(r2);
@@ -289,12 +291,12 @@ KERNEL typename S::Mask mask_from_bits(unsigned bits) {
   for (int i = 0; i < S::lanes; ++i) bit[i] = 1 << i;
   return (bit & static_cast<int>(bits)) != 0;
 }
-/// A bit a lane where the mask holds, the lowest for the first lane.
+/// One bit for each lane, set where the mask is, the lowest for the first lane.
 template <class Mask>
 requires requires(Mask mask) { mask[0]; }
 KERNEL unsigned movemask(const Mask& mask) {
   constexpr int lanes = sizeof(Mask) / sizeof(mask[0]);
-#if defined(__AVX512DQ__)  // in a build for this machine: an instruction
+#if defined(__AVX512DQ__)  // one instruction, in builds for this machine
   typedef int Ints __attribute__((vector_size(64)));
   if constexpr (sizeof(Mask) == 64 && lanes == 16) return (unsigned short)__builtin_ia32_cvtd2mask512((Ints)mask);
 #elif defined(__AVX2__)
@@ -305,7 +307,7 @@ KERNEL unsigned movemask(const Mask& mask) {
   const Bytes bytes = __builtin_convertvector(mask, Bytes);
   unsigned bits = 0;
   for (int k = 0; k < lanes; k += 8) {
-    unsigned long long eight = 0;  // of which the product gathers the lowest bits in the highest byte
+    unsigned long long eight = 0;  // the product gathers its lowest bits in the highest byte
     __builtin_memcpy(&eight, reinterpret_cast<const char*>(&bytes) + k, lanes < 8 ? lanes : 8);
     bits |= unsigned((eight & 0x0101010101010101ull) * 0x0102040810204080ull >> 56) << k;
   }
@@ -320,7 +322,7 @@ KERNEL void set_lane(Pack<R, bytes>& a, int i, R value) {
   a.v[i] = value;
 }
 
-/// Reads the particles index[0] .. index[lanes - 1]: one aligned load each, then transposes in registers.
+/// Gathers the particles index[0] .. index[lanes - 1] by one aligned load each and a transposition in registers.
 template <class R, int bytes, class Index>
 KERNEL void gather_rows(Vec4<R>* rows, const Index* index, Vector3<Pack<R, bytes>>& position, Pack<R, bytes>& w) {
   using V = typename Pack<R, bytes>::Vector;
@@ -331,16 +333,16 @@ KERNEL void gather_rows(Vec4<R>* rows, const Index* index, Vector3<Pack<R, bytes
   detail::transpose<Pack<R, bytes>::lanes>(position.x.v, position.y.v, position.z.v, w.v);
 }
 
-/// Writes them back, all lanes: the particles must be distinct.
+/// Scatters all lanes: the particles must be distinct.
 template <class R, int bytes, class Index>
 KERNEL void scatter_rows(Vec4<R>* rows, const Index* index, Vector3<Pack<R, bytes>> position, Pack<R, bytes> w) {
   constexpr int lanes = Pack<R, bytes>::lanes;
   detail::transpose<lanes>(position.x.v, position.y.v, position.z.v, w.v);
-  detail::put<0>(rows, index, position.x.v, position.y.v, position.z.v, w.v);
-  if constexpr (lanes > 4) detail::put<1>(rows, index, position.x.v, position.y.v, position.z.v, w.v);
+  detail::scatter_block<0>(rows, index, position.x.v, position.y.v, position.z.v, w.v);
+  if constexpr (lanes > 4) detail::scatter_block<1>(rows, index, position.x.v, position.y.v, position.z.v, w.v);
   if constexpr (lanes > 8) {
-    detail::put<2>(rows, index, position.x.v, position.y.v, position.z.v, w.v);
-    detail::put<3>(rows, index, position.x.v, position.y.v, position.z.v, w.v);
+    detail::scatter_block<2>(rows, index, position.x.v, position.y.v, position.z.v, w.v);
+    detail::scatter_block<3>(rows, index, position.x.v, position.y.v, position.z.v, w.v);
   }
 }
 
@@ -358,28 +360,28 @@ KERNEL void add_row(Vec4<R>& sum, const Vec4<R>& row, R weight) {
 #endif
 }
 
-/// The points i, i + 1, ... of a pack (or the one of a scalar), from and to their arrays.
+/// Loads and stores the points i, i + 1, ... of a pack, or the point i of a scalar.
 template <class T, class R>
 KERNEL Vector3<T> load_points(const Points<R>& points, int i) {
   Vector3<T> a;
   load(points.x + i, a.x), load(points.y + i, a.y), load(points.z + i, a.z);
   return a;
 }
-/// Where they are, from an origin near them.
+/// Positions at the start of the substep, relative to an origin near them.
 template <class T, class R>
-KERNEL Vector3<T> load_near(const Displaced<R>& points, int i, const Vector3<R>& origin, T) {
+KERNEL Vector3<T> load_start(const Displaced<R>& points, int i, const Vector3<R>& origin, T) {
   const Vector3<T> x = load_points<T>(points.x, i) - Vector3<T>{T(origin.x), T(origin.y), T(origin.z)};
-  if constexpr (kCarries<R>)
+  if constexpr (kCompensated<R>)
     return x + load_points<T>(points.low, i);
   else
     return x;
 }
-/// Where they go.
+/// Current positions.
 template <class T, class R>
 KERNEL Vector3<T> load_points(const Displaced<R>& points, int i) {
-  Vector3<T> way = load_points<T>(points.d, i);
-  if constexpr (kCarries<R>) way = way + load_points<T>(points.low, i);
-  return load_points<T>(points.x, i) + way;
+  Vector3<T> offset = load_points<T>(points.d, i);
+  if constexpr (kCompensated<R>) offset = offset + load_points<T>(points.low, i);
+  return load_points<T>(points.x, i) + offset;
 }
 template <class T, class R>
 KERNEL void store_points(const Points<R>& points, int i, const Vector3<T>& a) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Views of the particles: one array a coordinate, so that neighbours are read and written many at a time.
+// Views of particle arrays: one array per coordinate, so that packs of neighbouring particles are loaded and stored.
 #pragma once
 #include "kernels/simd/vec.h"
 
@@ -11,11 +11,11 @@ struct Points {
   R *x = nullptr, *y = nullptr, *z = nullptr;
   KERNEL Vector3<R> operator[](int i) const { return {x[i], y[i], z[i]}; }
   KERNEL void set(int i, const Vector3<R>& a) const { x[i] = a.x, y[i] = a.y, z[i] = a.z; }
-  /// From j to i.
-  KERNEL Vector3<R> between(int i, int j) const { return (*this)[i] - (*this)[j]; }
+  /// The vector from j to i.
+  KERNEL Vector3<R> difference(int i, int j) const { return (*this)[i] - (*this)[j]; }
 };
 
-/// The same, four numbers a point: for those that are read here and there. Setting one leaves its w.
+/// Points as rows of four numbers, for points that are read in no particular order. Setting a point leaves its w.
 template <class R>
 struct ScatteredPoints {
   Vec4<R>* of = nullptr;
@@ -23,102 +23,103 @@ struct ScatteredPoints {
   KERNEL void set(int i, const Vector3<R>& a) const { of[i].set(a); }
 };
 
-/// Whether positions carry what rounding them to R has lost (Kahan's summation).
+/// Whether positions of type R carry the rounding error of their last sum along (Kahan's compensated summation).
 template <class R>
-inline constexpr bool kCarries = sizeof(R) < sizeof(double);
+inline constexpr bool kCompensated = sizeof(R) < sizeof(double);
 
-/// Where particles go in a substep: x + d, m. What is stored is how far, d, so that a short way keeps its digits
-/// however far from the origin it is gone.
+/// Positions of particles in a substep, x + d, m. The displacement d is stored instead of the position, so that a short
+/// one keeps its digits however far from the origin the particle is.
 template <class R>
 struct Displaced {
-  Points<R> x, d, low;  // low: what x lacks of the position, of a type that carries it
-  KERNEL Vector3<R> operator[](int i) const { return x[i] + whole(i, d[i]); }
+  Points<R> x, d, low;  // low: the start of the substep less x, its rounding error; of compensated types only
+  KERNEL Vector3<R> operator[](int i) const { return x[i] + with_low(i, d[i]); }
   KERNEL void set(int i, const Vector3<R>& p) const {
-    if constexpr (kCarries<R>)
+    if constexpr (kCompensated<R>)
       d.set(i, (p - x[i]) - low[i]);
     else
       d.set(i, p - x[i]);
   }
-  /// To where it goes from what is stored as its x.
-  KERNEL Vector3<R> way_from_x(int i) const { return whole(i, d[i]); }
-  /// Where it goes, told from an origin near x: rounded to the spacing of numbers as large as that is far.
-  KERNEL Vector3<R> near(int i, const Vector3<R>& origin) const {
-    if constexpr (kCarries<R>)
-      return (x[i] - origin) + whole(i, d[i]);
+  /// The position less x.
+  KERNEL Vector3<R> offset_from_x(int i) const { return with_low(i, d[i]); }
+  /// The position less an origin near x: its rounding error is relative to the distance from that origin.
+  KERNEL Vector3<R> relative_to(int i, const Vector3<R>& origin) const {
+    if constexpr (kCompensated<R>)
+      return (x[i] - origin) + with_low(i, d[i]);
     else
       return (*this)[i];
   }
-  /// Where the substep began, from a place near it that is told from an origin: exactly nothing, if near() has told it
-  /// there. A type that carries nothing has no origin but 0.
-  KERNEL Vector3<R> start_from(int i, const Vector3<R>& place, const Vector3<R>& origin) const {
-    if constexpr (kCarries<R>)
-      return ((x[i] - origin) + low[i]) - place;
+  /// The start of the substep less a reference point near it, which is given relative to `origin`: exactly 0 where
+  /// relative_to() gave that point and d was 0. Types that are not compensated have origin 0.
+  KERNEL Vector3<R> start_relative_to(int i, const Vector3<R>& reference, const Vector3<R>& origin) const {
+    if constexpr (kCompensated<R>)
+      return ((x[i] - origin) + low[i]) - reference;
     else
-      return x[i] - place;
+      return x[i] - reference;
   }
-  /// How far from there, and to so far from there: no way is rounded to the spacing of positions.
-  KERNEL Vector3<R> from(int i, const Vector3<R>& place, const Vector3<R>& origin) const {
-    return start_from(i, place, origin) + d[i];
+  /// The position less such a reference point, read and set: neither is rounded to the spacing of positions.
+  KERNEL Vector3<R> displacement_from(int i, const Vector3<R>& reference, const Vector3<R>& origin) const {
+    return start_relative_to(i, reference, origin) + d[i];
   }
-  KERNEL void set_from(int i, const Vector3<R>& place, const Vector3<R>& origin, const Vector3<R>& way) const {
-    d.set(i, way - start_from(i, place, origin));
+  KERNEL void set_displacement_from(int i, const Vector3<R>& reference, const Vector3<R>& origin,
+                                    const Vector3<R>& displacement) const {
+    d.set(i, displacement - start_relative_to(i, reference, origin));
   }
-  /// From j to i where the substep began; and now. Nothing is rounded to the spacing of positions.
-  KERNEL Vector3<R> between_at_start(int i, int j) const {
-    const Vector3<R> apart = x.between(i, j);
-    if constexpr (kCarries<R>)
-      return apart + low.between(i, j);
+  /// The vector from j to i at the start of the substep, and now. Neither is rounded to the spacing of positions.
+  KERNEL Vector3<R> start_difference(int i, int j) const {
+    const Vector3<R> apart = x.difference(i, j);
+    if constexpr (kCompensated<R>)
+      return apart + low.difference(i, j);
     else
       return apart;
   }
-  KERNEL Vector3<R> between(int i, int j) const { return between_at_start(i, j) + d.between(i, j); }
-  /// But for what x lacks, which what is remembered of places does not know.
-  KERNEL Vector3<double> went(int i) const { return in_double(x[i]) + in_double(d[i]); }
-  /// Where the substep began, and where it goes, as exactly as they are known.
-  KERNEL Vector3<double> start(int i) const {
-    if constexpr (kCarries<R>)
+  KERNEL Vector3<R> difference(int i, int j) const { return start_difference(i, j) + d.difference(i, j); }
+  /// x + d without `low`, which cached contacts do not have either.
+  KERNEL Vector3<double> position_without_low(int i) const { return in_double(x[i]) + in_double(d[i]); }
+  /// The start of the substep, and the position, with all digits that are stored.
+  KERNEL Vector3<double> exact_start(int i) const {
+    if constexpr (kCompensated<R>)
       return in_double(x[i]) + in_double(low[i]);
     else
       return in_double(x[i]);
   }
-  KERNEL Vector3<double> exact(int i) const { return start(i) + in_double(d[i]); }
-  KERNEL void add(int i, const Vector3<R>& way) const { d.set(i, d[i] + way); }
-  /// The particle is there.
-  KERNEL void put(int i, const Vector3<double>& place) const {
-    const Vector3<R> near = rounded<R>(place);
-    x.set(i, near), stay(i);
-    if constexpr (kCarries<R>) low.set(i, rounded<R>(place - in_double(near)));
+  KERNEL Vector3<double> exact_position(int i) const { return exact_start(i) + in_double(d[i]); }
+  KERNEL void add_displacement(int i, const Vector3<R>& more) const { d.set(i, d[i] + more); }
+  /// Starts the substep at `position`, without displacement.
+  KERNEL void set_start(int i, const Vector3<double>& position) const {
+    const Vector3<R> near = rounded<R>(position);
+    x.set(i, near), clear_displacement(i);
+    if constexpr (kCompensated<R>) low.set(i, rounded<R>(position - in_double(near)));
   }
-  KERNEL void stay(int i) const { d.set(i, {R(0), R(0), R(0)}); }
-  /// The particle is at p, and x with it.
-  KERNEL void arrive(int i) const {
-    const Vector3<R> before = x[i], way = whole(i, d[i]), p = before + way;
+  KERNEL void clear_displacement(int i) const { d.set(i, {R(0), R(0), R(0)}); }
+  /// Moves x to the position. d stays as it is.
+  KERNEL void advance_x(int i) const {
+    const Vector3<R> before = x[i], offset = with_low(i, d[i]), p = before + offset;
     x.set(i, p);
-    if constexpr (kCarries<R>) low.set(i, lost_of(before, way, p));
+    if constexpr (kCompensated<R>) low.set(i, rounding_error(before, offset, p));
   }
 
  private:
-  KERNEL Vector3<R> whole(int i, const Vector3<R>& way) const {
-    if constexpr (kCarries<R>)
-      return way + low[i];
+  KERNEL Vector3<R> with_low(int i, const Vector3<R>& displacement) const {
+    if constexpr (kCompensated<R>)
+      return displacement + low[i];
     else
-      return way;
+      return displacement;
   }
 };
 
-/// Where particles go, from an origin.
+/// Positions relative to an origin.
 template <class R>
 struct FromOrigin {
   Displaced<R> p;
   Vector3<R> origin;  // m
-  KERNEL Vector3<R> operator[](int i) const { return p.near(i, origin); }
+  KERNEL Vector3<R> operator[](int i) const { return p.relative_to(i, origin); }
 };
 
-/// Where the substep began, as something that `between` tells apart.
+/// Positions at the start of the substep, of which only differences are needed.
 template <class R>
-struct Started {
+struct StartPositions {
   Displaced<R> p;
-  KERNEL Vector3<R> between(int i, int j) const { return p.between_at_start(i, j); }
+  KERNEL Vector3<R> difference(int i, int j) const { return p.start_difference(i, j); }
 };
 
 template <class R>
@@ -126,7 +127,7 @@ struct Particles {
   int count;
   Points<R> x;     // position at the start of the substep, m
   Points<R> v;     // velocity, m/s
-  Displaced<R> p;  // where it goes
+  Displaced<R> p;  // current position, m
   const R* w;      // 1 / m, 1/kg, 0 where pinned
 };
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sixteen numbers side by side, four rows of four: in as many packs as an instruction set needs. Sums over tiles have
-// the same bits on all of them.
+// Tiles of sixteen numbers, four rows of four, in as many packs as an instruction set needs. Sums over tiles have the
+// same bits on all of them.
 #pragma once
 #include "kernels/simd/pack.h"
 
@@ -13,46 +13,46 @@ template <class R>
 struct Tile<R, OneLane> {
   R part[16];
 
-  KERNEL static Tile zero() { return all(R(0)); }
-  KERNEL static Tile all(R number) {
+  KERNEL static Tile zero() { return broadcast(R(0)); }
+  KERNEL static Tile broadcast(R number) {
     Tile t;
     for (int p = 0; p < 16; ++p) t.part[p] = number;
     return t;
   }
-  /// `From`: R, or integers.
+  /// Loads a tile. From: R, or integers, which are converted.
   template <class From>
-  KERNEL static Tile at(const From* from) {
+  KERNEL static Tile load_from(const From* from) {
     Tile t;
     for (int p = 0; p < 16; ++p) t.part[p] = R(from[p]);
     return t;
   }
-  KERNEL void put(R* to) const {
+  KERNEL void store_to(R* to) const {
     for (int p = 0; p < 16; ++p) to[p] = part[p];
   }
-  /// += a b.
-  KERNEL void add(const Tile& a, const Tile& b) {
+  /// Adds the elementwise product of a and b.
+  KERNEL void add_product(const Tile& a, const Tile& b) {
     for (int p = 0; p < 16; ++p) part[p] = part[p] + a.part[p] * b.part[p];
   }
-  /// A tile whose row r is four times number r of row q of this one.
+  /// Splats row q: row r of the result is number r of it, four times.
   template <int q>
-  KERNEL Tile spread() const {
+  KERNEL Tile splat_row() const {
     Tile t;
     for (int p = 0; p < 16; ++p) t.part[p] = part[4 * q + p / 4];
     return t;
   }
-  /// Every row is `row`.
-  KERNEL static Tile repeat(const Vec4<R>& row) {
+  /// A tile whose four rows are `row`.
+  KERNEL static Tile repeat_row(const Vec4<R>& row) {
     Tile t;
     for (int p = 0; p < 16; p += 4)
       t.part[p] = row.x, t.part[p + 1] = row.y, t.part[p + 2] = row.z, t.part[p + 3] = row.w;
     return t;
   }
-  /// (row 0 + row 1) + (row 2 + row 3).
+  /// Sums the rows as (row 0 + row 1) + (row 2 + row 3).
   KERNEL Vec4<R> sum_of_rows() const {
     const auto sum = [&](int k) KERNEL_LAMBDA { return (part[k] + part[4 + k]) + (part[8 + k] + part[12 + k]); };
     return {sum(0), sum(1), sum(2), sum(3)};
   }
-  /// Of all the sixteen of each of four tiles, as a fixed tree: sum_of_rows, and of that (x + y) + (z + w).
+  /// The sum of each of four tiles as a fixed tree: sum_of_rows(), and of that (x + y) + (z + w).
   KERNEL static Vec4<R> sums(const Tile& a, const Tile& b, const Tile& c, const Tile& d) {
     const auto sum = [](const Tile& t) KERNEL_LAMBDA {
       const Vec4<R> r = t.sum_of_rows();
@@ -64,7 +64,7 @@ struct Tile<R, OneLane> {
 
 #if !defined(__CUDACC__)
 
-/// The same of packs.
+/// A tile of packs.
 template <class R, class Isa>
 struct Tile {
   using S = Lane<R, Isa>;
@@ -76,18 +76,18 @@ struct Tile {
     for (int p = 0; p < parts; ++p) t.part[p] = S(R(0));
     return t;
   }
-  KERNEL static Tile all(R number) {
+  KERNEL static Tile broadcast(R number) {
     Tile t;
     for (int p = 0; p < parts; ++p) t.part[p] = S(number);
     return t;
   }
-  KERNEL static Tile at(const R* from) {
+  KERNEL static Tile load_from(const R* from) {
     Tile t;
     for (int p = 0; p < parts; ++p) load(from + p * lanes, t.part[p]);
     return t;
   }
-  /// Of integers.
-  KERNEL static Tile at(const short* from) {
+  /// Loads integers and converts them.
+  KERNEL static Tile load_from(const short* from) {
     Tile t;
     using Shorts = typename VectorOf<short, 2 * lanes>::Type;
     using Ints = typename VectorOf<int, 4 * lanes>::Type;
@@ -98,38 +98,38 @@ struct Tile {
     }
     return t;
   }
-  KERNEL void put(R* to) const {
+  KERNEL void store_to(R* to) const {
     for (int p = 0; p < parts; ++p) store(part[p], to + p * lanes);
   }
-  /// += a b.
-  KERNEL void add(const Tile& a, const Tile& b) {
+  /// Adds the elementwise product of a and b.
+  KERNEL void add_product(const Tile& a, const Tile& b) {
     for (int p = 0; p < parts; ++p) part[p] = part[p] + a.part[p] * b.part[p];
   }
-  /// A tile whose row r is four times number r of row q of this one.
+  /// Splats row q: row r of the result is number r of it, four times.
   template <int q>
-  KERNEL Tile spread() const {
+  KERNEL Tile splat_row() const {
     Tile t;
     each_part([&]<int p>() KERNEL_LAMBDA {
       constexpr int first = 4 * q % lanes + p * lanes / 4;
-      t.part[p].v = spread_from<first>(part[4 * q / lanes].v, typename detail::Count<lanes>::type{});
+      t.part[p].v = splat_from<first>(part[4 * q / lanes].v, typename detail::Count<lanes>::type{});
     });
     return t;
   }
-  /// Every row is `row`.
-  KERNEL static Tile repeat(const Vec4<R>& row) {
+  /// A tile whose four rows are `row`.
+  KERNEL static Tile repeat_row(const Vec4<R>& row) {
     Tile t;
     constexpr LocalIndex here[16] = {};
     for (int p = 0; p < parts; ++p) t.part[p].v = detail::row<typename S::Vector>(const_cast<Vec4<R>*>(&row), here);
     return t;
   }
-  /// (row 0 + row 1) + (row 2 + row 3).
+  /// Sums the rows as (row 0 + row 1) + (row 2 + row 3).
   KERNEL Vec4<R> sum_of_rows() const {
     Vec4<R> sum;
     const detail::Quartet<R> all = (row<0>() + row<1>()) + (row<2>() + row<3>());
     __builtin_memcpy(&sum, &all, sizeof all);
     return sum;
   }
-  /// Of all the sixteen of each of four tiles, as a fixed tree: sum_of_rows, and of that (x + y) + (z + w).
+  /// The sum of each of four tiles as a fixed tree: sum_of_rows(), and of that (x + y) + (z + w).
   KERNEL static Vec4<R> sums(const Tile& a, const Tile& b, const Tile& c, const Tile& d) {
     Vec4<R> r[4] = {a.sum_of_rows(), b.sum_of_rows(), c.sum_of_rows(), d.sum_of_rows()};
     detail::Quartet<R> q[4];
@@ -156,7 +156,7 @@ struct Tile {
     return __builtin_shufflevector(all, all, first, first + 1, first + 2, first + 3);
   }
   template <int first, class V, int... i>
-  KERNEL static V spread_from(V a, detail::Indices<i...>) {
+  KERNEL static V splat_from(V a, detail::Indices<i...>) {
     return __builtin_shufflevector(a, a, (first + i / 4)...);
   }
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Small vectors: Vector3 over a scalar or a pack of scalars, and Vec4, four numbers in one aligned load.
+// Small vectors: Vector3 of scalars or packs, and Vec4, four numbers of one aligned load.
 #pragma once
 #include <math.h>
 
@@ -50,7 +50,7 @@ KERNEL Vector3<R> rounded(const Vector3<double>& a) {
   return {R(a.x), R(a.y), R(a.z)};
 }
 
-/// One particle in one aligned load: 16 bytes in float. What w holds is its owner's affair.
+/// A particle as one aligned load, 16 bytes in float. The meaning of w depends on the array.
 template <class R>
 struct alignas(4 * sizeof(R)) Vec4 {
   R x, y, z, w;
@@ -58,7 +58,7 @@ struct alignas(4 * sizeof(R)) Vec4 {
   KERNEL void set(const Vector3<R>& a) { x = a.x, y = a.y, z = a.z; }
 };
 
-// The scalar side of what packs offer too (kernels/simd/pack.h), so that constraints are written once.
+// Scalar overloads of the functions on packs (kernels/simd/pack.h), so that constraints are written once.
 KERNEL float sqrt(float a) { return sqrtf(a); }
 KERNEL double sqrt(double a) { return ::sqrt(a); }
 KERNEL double norm(const Vector3<double>& a) { return sqrt(dot(a, a)); }
@@ -74,46 +74,46 @@ template <class R>
 KERNEL R min(R a, R b) {
   return a < b ? a : b;
 }
-/// A bit where the mask holds (masks that are combined are numbers).
+/// The mask as one bit (combined masks are numbers).
 KERNEL unsigned movemask(int mask) { return mask != 0 ? 1 : 0; }
 
-/// Of a number or a pack of them.
+/// Absolute value of a number or a pack.
 template <class S>
 KERNEL S abs(const S& a) {
   return max(a, -a);
 }
 
-/// The number type under a lane: R for R, and for a pack of R (kernels/simd/pack.h).
+/// The type of a lane: R for R, and for a pack of R (kernels/simd/pack.h).
 template <class S>
 struct RealOf {
   using type = S;
 };
 
-/// What rounding took from sum = a + b (Knuth's TwoSum: whichever is the larger).
+/// The rounding error of sum = a + b (Knuth's TwoSum, which needs no order of a and b).
 template <class S>
-KERNEL S lost_of(const S& a, const S& b, const S& sum) {
+KERNEL S rounding_error(const S& a, const S& b, const S& sum) {
   const S other = sum - a;
   return (a - (sum - other)) + (b - other);
 }
 template <class S>
-KERNEL Vector3<S> lost_of(const Vector3<S>& a, const Vector3<S>& b, const Vector3<S>& sum) {
-  return {lost_of(a.x, b.x, sum.x), lost_of(a.y, b.y, sum.y), lost_of(a.z, b.z, sum.z)};
+KERNEL Vector3<S> rounding_error(const Vector3<S>& a, const Vector3<S>& b, const Vector3<S>& sum) {
+  return {rounding_error(a.x, b.x, sum.x), rounding_error(a.y, b.y, sum.y), rounding_error(a.z, b.z, sum.z)};
 }
 
-/// a where the mask holds, and otherwise zero, whatever a is.
+/// a where the mask is set, and otherwise zero, whatever a is.
 template <class Mask, class S>
 KERNEL Vector3<S> or_zero(const Mask& mask, const Vector3<S>& a) {
   const S zero(typename RealOf<S>::type(0));
   return {select(mask, a.x, zero), select(mask, a.y, zero), select(mask, a.z, zero)};
 }
 
-/// a where the mask holds, otherwise b.
+/// a where the mask is set, otherwise b.
 template <class Mask, class S>
 KERNEL Vector3<S> either(const Mask& mask, const Vector3<S>& a, const Vector3<S>& b) {
   return {select(mask, a.x, b.x), select(mask, a.y, b.y), select(mask, a.z, b.z)};
 }
 
-/// Below this a sum of squared gradients counts as zero: the division by it would leave the range of the type.
+/// A sum of squared gradients below this counts as zero: dividing by it could leave the range of the type.
 template <class R>
 KERNEL constexpr R tiny() {
   return sizeof(R) == 4 ? R(1e-30) : R(1e-200);

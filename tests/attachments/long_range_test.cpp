@@ -133,7 +133,8 @@ void expect_within_both(R rounding, double way) {
       const double cosine = dot(at_first, now) / (norm(at_first) * norm(now));
       const Vector3<double> along = at_first * (1 / norm(at_first)), closest = now - along * dot(along, now);
       const double room = double(reach[0]) * double(reach[0]) - dot(closest, closest);
-      const double further = dot(along, now) - std::sqrt(std::max(room, 0.0)), most = kSmall * double(reach[0]);
+      const double further = dot(along, now) - std::sqrt(std::max(room, 0.0)),
+                   most = kMaxStartCorrection * double(reach[0]);
       const bool by_start = cosine > 0 && room > 0 && further <= most;
       if (std::abs(further - most) < 1e-5 || std::abs(room) < 1e-4) continue;  // rounding decides between the two
       const Vector3<double> alone = by_start ? start + along * further : start + now * (from_far / norm(now));

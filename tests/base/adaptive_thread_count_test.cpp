@@ -125,9 +125,9 @@ TEST(AdaptiveThreadCount, TellsAThreadThatComputesFromOneThatHasNoCore) {
 
 TEST(AdaptiveThreadCount, LimitsWhatAStepLaunchesEvenIfItThrows) {
   ThreadChoice choice(8);
-  choice.take([] { EXPECT_EQ(most_threads, 1); });
+  choice.take([] { EXPECT_EQ(max_threads, 1); });
   EXPECT_THROW(choice.take([] { throw 1; }), int);
-  EXPECT_EQ(most_threads, kAllThreads);
+  EXPECT_EQ(max_threads, kAllThreads);
 }
 
 }  // namespace

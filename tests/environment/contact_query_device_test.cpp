@@ -41,7 +41,7 @@ class NearASurface {
   /// Ends the substep, and displaces each particle by up to `way` (m) in any direction.
   void move(double way, Random& random) {
     for (int i = 0; i < count_; ++i) {
-      particles().p.arrive(i);
+      particles().p.advance_x(i);
       d_.points().set(i, rounded<float>(random.in_cube(way)));
     }
     for (int s = 0; s < memory_.slots(); ++s) invalidate(memory_.view().contacts[s]);

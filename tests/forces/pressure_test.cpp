@@ -119,7 +119,7 @@ TEST(Pressure, HasTheGradientOfItsFiniteDifferences) {
   PointList<double> grad(p.size());
   const std::vector<double>& w = balloon.model.w;
   const std::vector<double> most(w.size(), 1e9);  // m^2: nothing is clamped
-  const Started<double> started{{p.points(), {}, {}}};
+  const StartPositions<double> started{{p.points(), {}, {}}};
   const PressureGradient<double> kernel{
       {started, begin.data(), around.data(), 3}, w.data(), balloon.set.particles.data(), most.data(), grad.points()};
   double weighted = 0;
@@ -174,7 +174,7 @@ struct NeedleBalloon : RoundBalloon {
 
 TEST(Pressure, MovesTheFacesOfANeedleNoFartherThanFourTimesAllOthers) {
   // The faces of a needle of 15 m push its foot with 46 times the area that they had. Pressure moves the faces of one
-  // density alike but for their stretch, and of that four times counts: kMostStretched. A quarter of that for the
+  // density alike but for their stretch, and of that four times counts: kMaxStretch. A quarter of that for the
   // rigid motion that returns the momenta, and for what is flatter at its corners than its faces are large.
   for (const bool is_compliant : {false, true}) {
     NeedleBalloon balloon(30);

@@ -73,12 +73,12 @@ TYPED_TEST(ClosestPoints, OfPairsAreThoseOfTrianglesAndSegments) {
     weigh<PairKind::Face>(x, w);
     const Vector3<R> t = closest_on_triangle(x[2] - x[1], x[3] - x[1], x[0] - x[1]);
     const Vector3<R> on = x[1] * t.x + x[2] * t.y + x[3] * t.z;
-    ASSERT_NEAR(norm(to_double(apart_by(x, w))), norm(to_double(x[0] - on)), rounding) << k;
+    ASSERT_NEAR(norm(to_double(closest_difference(x, w))), norm(to_double(x[0] - on)), rounding) << k;
     ASSERT_NEAR(w[0] + w[1] + w[2] + w[3], 0, 1e-5);
     weigh<PairKind::Edges>(x, w);
     const SegmentPoints<R> at = closest_on_segments(x[1] - x[0], x[3] - x[2], x[2] - x[0]);
     const Vector3<R> one = x[0] + (x[1] - x[0]) * at.s, other = x[2] + (x[3] - x[2]) * at.t;
-    ASSERT_NEAR(norm(to_double(apart_by(x, w))), norm(to_double(one - other)), rounding) << k;
+    ASSERT_NEAR(norm(to_double(closest_difference(x, w))), norm(to_double(one - other)), rounding) << k;
     ASSERT_NEAR(w[0] + w[1] + w[2] + w[3], 0, 1e-5);
   }
 }

@@ -164,14 +164,14 @@ INSTANTIATE_TEST_SUITE_P(, AScannedMesh, testing::Values("bunny00", "armadillo",
 TEST(EveryConstraint, MovesNoParticleBeyondItsStepBound) {
   int kinds = 0;
   for_each_constraint([&]<class Kind>(Kind) {
-    if constexpr (has_reach<Kind>()) {
+    if constexpr (has_max_step<Kind>()) {
       ++kinds;
       Random random(6);
       int held = 0, free = 0;
       for (const Corners<Kind>& at : configurations<Kind>(300, 16)) {
         const auto w = unequal_masses<Kind>(random);
         const Rest<Kind> rest = another_rest<Kind>(at, random);
-        const double reach = 1 / rest[Kind::per_reach];
+        const double reach = 1 / rest[Kind::per_max_step];
         OneConstraint<Kind, double> one(at, w, rest);
         one.template project<Update::Stiff>(1, 0);
         double farthest = 0;

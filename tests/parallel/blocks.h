@@ -156,7 +156,7 @@ struct Memory<Blocks> {
     const EmulatedMemory::Open open;
     return Memory<Serial>::has(from, count, value);
   }
-  static constexpr bool kOfTheHost = false;
+  static constexpr bool kOnHost = false;
   /// The number of times that the host has waited for the device.
   static int& reads() {
     static int all = 0;
@@ -220,7 +220,7 @@ class BlockFibers {
     int count() const { return static_cast<int>(all->lanes_.size()); }
     void wait(int items) const { all->wait(number, items); }
     template <class Value, class Add>
-    Value gathered(const Value& own, Value sum, const Add& add) const {
+    Value reduced(const Value& own, Value sum, const Add& add) const {
       all->gathered_.resize(count() * sizeof(Value));
       std::memcpy(all->gathered_.data() + number * sizeof(Value), &own, sizeof(Value));
       all->wait(number, -2);

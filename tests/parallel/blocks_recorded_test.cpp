@@ -143,7 +143,7 @@ TEST_P(SteadySteps, LaunchNothingThatIsNotRecorded) {
   const Model model = build_model(parsed(Json::parse(GetParam())));
   const auto blocks = make_on_blocks(model, {});
   LaunchedAlone watch;
-  const ScopedValue<LaunchObserver*> watched(launch_watch, &watch);
+  const ScopedValue<LaunchObserver*> watched(launch_observer, &watch);
   for (int step = 0; step < 3; ++step) blocks->step();
   EXPECT_EQ(watch.kernels, std::set<std::string>());
   EXPECT_GT(watch.replayed, 20);

@@ -9,9 +9,9 @@
 
 namespace malha {
 
-template <class Visited>
-void visit_patches(const Blocks& executor, const Visited& visit, int begin, int end, const ScratchMemory& memory) {
-  parallel_groups(executor, begin, end, memory, visit);
+template <class AnySolve>
+void solve_patches(const Blocks& executor, const AnySolve& solve, int begin, int end, const ScratchMemory& memory) {
+  parallel_groups(executor, begin, end, memory, solve);
 }
 
 std::unique_ptr<Solver> make_on_blocks(const Model& model, const Blocks& executor) {
@@ -32,9 +32,9 @@ const bool elsewhere = [] {
   const char* const on = std::getenv("MALHA_TESTS_ON");
   const std::string where = on != nullptr ? on : "host";
   if (where == "blocks")
-    make_elsewhere = [](const Model& model, int) { return make_on_blocks(model, {}); };
+    make_solver_hook = [](const Model& model, int) { return make_on_blocks(model, {}); };
   else if (where == "cuda")
-    make_elsewhere = [](const Model& model, int threads) { return make_solver_on_cuda(model, threads); };
+    make_solver_hook = [](const Model& model, int threads) { return make_solver_on_cuda(model, threads); };
   else if (where != "host")
     throw InputError("MALHA_TESTS_ON: found \"" + where + "\"; allowed: host, blocks, cuda");
   return true;

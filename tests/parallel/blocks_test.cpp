@@ -199,7 +199,7 @@ TEST(ContactsOnBlocks, AreTheHostsBetweenSeveralMeshes) {
     for (int step = 0; step < 40; ++step) {
       host->step();
       {
-        const ScopedValue<LaunchObserver*> watch(launch_watch, &early);
+        const ScopedValue<LaunchObserver*> watch(launch_observer, &early);
         blocks->step();
       }
       held += host->measure().contacts;

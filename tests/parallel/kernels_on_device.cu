@@ -49,7 +49,7 @@ void launch_one(const Kernel& kernel) {
   if constexpr (kShared<Kernel>)
     launch_shared<<<1, 1>>>(0, nullptr, 0, kernel);
   else
-    launch_alone<<<1, 1>>>(0, 0, nullptr, 0, kernel);
+    launch_single_threads<<<1, 1>>>(0, 0, nullptr, 0, kernel);
 }
 
 template <class... Kernels>
@@ -67,15 +67,14 @@ instantiate<MeasureVolume<double[3]>, MeasureEnergy<NeoHookean, double[3]>, Meas
 
 template <class R>
 void instantiate_filters() {
-  using Ends = FilterIo<R>;
+  using Io = FilterIo<R>;
   instantiate_groups<SumForces<R, ExplicitForces<R>, false>, SumForces<R, MissingForces<R>, true>>();
-  instantiate<FindTargets<R, Plate::Stencil, Plate::particles>, FindTargets<R, IsometricBending::Stencil, 4>>();
-  instantiate_groups<ForwardTask<R, Ends>, ForwardTop<R>, BackwardTop<R>, SolveRootSmall<R, true>,
-                     SolveRootSmall<R, false>, BackwardTask<R, Ends>>();
-  instantiate_groups<Pieces<SumTop<R, Ends>>, Pieces<ScatterRoot<R, Ends>>, Pieces<GatherTop<R>>,
-                     Pieces<StoreRoot<R>>>();
+  instantiate<ComputeTargets<R, Plate::Stencil, Plate::particles>, ComputeTargets<R, IsometricBending::Stencil, 4>>();
+  instantiate_groups<ForwardTask<R, Io>, ForwardTop<R>, BackwardTop<R>, SolveRootSmall<R, true>,
+                     SolveRootSmall<R, false>, BackwardTask<R, Io>>();
+  instantiate_groups<Pieces<SumTop<R, Io>>, Pieces<ScatterRoot<R, Io>>, Pieces<GatherTop<R>>, Pieces<StoreRoot<R>>>();
   instantiate_groups<MultiplyDense<R, R>, MultiplyDense<short, R>>();
-  instantiate<GatherDense<R, R, Ends>, SumDense<short, R, Ends>, EliminateFront<R, NativeIsa>>();
+  instantiate<GatherDense<R, R, Io>, SumDense<short, R, Io>, EliminateFront<R, NativeIsa>>();
   instantiate<SpringRows<R>, FilteredRows<R>, FilteredMotion<R>, RemoveRigid<R>, RemoveAsPublished<R>>();
   instantiate<MeasureExcess<R, Points<R>>, MeasureExcess<R, Displaced<R>>, MeasureSpring<double[3], int[2]>>();
 }
@@ -90,19 +89,19 @@ void instantiate_all() {
               MoveLocal<R>>();
   instantiate<FindEdgePairs<R, false>, FindEdgePairs<R, true>, BuildEdgeContacts<R>, ListContactEnds<R>>();
   instantiate_groups<MeasureMomenta<R, R, false, false>, MeasureMomenta<R, R, false, true>,
-                     MeasureMomenta<R, R, true, false>, MeasureMomenta<R, double, false, true>, NoteMomenta,
+                     MeasureMomenta<R, R, true, false>, MeasureMomenta<R, double, false, true>, StoreMomenta,
                      AddRigidMotion<R>, DampTowardsRigid<R>>();
-  instantiate<ComputeMomentumCorrection<R>, FindRigidMotion<R>, FindMean, SumTorque<R>, FindTurn>();
+  instantiate<ComputeMomentumCorrection<R>, ComputeRigidMotion<R>, ComputeMeanMotion, SumTorque<R>, ComputeAngularAcceleration>();
   instantiate<Predict<R>, Drag<R>, UpdateState<R>, CommitPositions<R>, StoreOrigins<R>>();
   instantiate<SumMass<R>, MeasureMotion<R>>();
   instantiate<EnclosedVolume<Points<R>>, EnclosedVolume<Displaced<R>>, PressureGradient<R>, MeasureInertia<R>,
-              SumAlongPressure<R>, PutPressure<R>, ApplyFilteredPressure<R>, ApplyPressure<R>>();
-  instantiate<ReduceRun<Largest, MeasureTetherExcess<R>>, LimitTethers<R>, FacesInAir<R>, BlowOnParticles<R>,
-              MeasureSpeed<R>, MeasureBounds<R>, Still<R>>();
+              SumAlongPressure<R>, StorePressureForce<R>, ApplyFilteredPressure<R>, ApplyPressure<R>>();
+  instantiate<ReduceRun<Largest, MeasureTetherExcess<R>>, LimitTethers<R>, FacesInAir<R>, ApplyWindForces<R>,
+              MeasureSpeed<R>, MeasureBounds<R>, ClearVelocity<R>>();
   instantiate<MoveToTarget<R>, ArriveAtTarget<R>, SetInverseMass<R>, SolveAttachment<R>, MeasureAttachment<R>,
-              GatherOwn<R, Points<R>>, GatherOwn<R, Displaced<R>>, ScatterOwn<R>>();
+              GatherUserParticles<R, Points<R>>, GatherUserParticles<R, Displaced<R>>, ScatterUserParticles<R>>();
   instantiate<ResolveContact<R>, ApplyRestitution<R>, CountContact<R>, InvalidateContacts<R>>();
-  instantiate<BoxParticles<R>, SumMotion<R>, CheckCandidateBounds<R>, InitCandidateSearch<R>,
+  instantiate<ComputeParticleBounds<R>, SumMotion<R>, CheckCandidateBounds<R>, InitCandidateSearch<R>,
               CountOverlappingCandidates<R>>();
   instantiate<EstimateMassShares<R>, SplitMasses<R>, SolveContactsJacobi<R, ObjectFriction<R>>,
               ApplyImpulses<R, TurnToWorld>, CountPushing<R>>();

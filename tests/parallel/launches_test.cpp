@@ -84,7 +84,7 @@ const std::vector<NamedBlock>& blocks() {
        "/wind",
        R"({"velocity": [1, 0, 0], "density": 1.2})",
        R"({"velocity": [1, 0, 0], "density": 0})",
-       {"FacesInAir", "BlowOnParticles"}},
+       {"FacesInAir", "ApplyWindForces"}},
       {"damping",
        "/bodies/0/damping",
        "0.1",
@@ -185,7 +185,7 @@ TEST(Launches, OfTheCorrectorAreSixAStepWhereABodyIsFree) {
   EXPECT_EQ(kept.of("SolvePatch<float>"), 4);
   EXPECT_EQ(kept.of("MeasureMomenta<float, float, false, false>"), 1);
   EXPECT_EQ(kept.of("MeasureMomenta<float, float, false, true>"), 1);
-  EXPECT_EQ(kept.of("NoteMomenta"), 2);
+  EXPECT_EQ(kept.of("StoreMomenta"), 2);
   EXPECT_EQ(kept.of("ComputeMomentumCorrection<float>"), 1);
   EXPECT_EQ(kept.of("AddRigidMotion<float>"), 1);
   Json held = traced_cloth();

@@ -29,32 +29,32 @@ template <class Local>
 struct PatchMemoryView : testing::Test {
   using Real = typename LayoutOf<Local>::Real;
   using Wide = Lane<Real>;
-  alignas(64) Real memory[kLocalNumbers * kSlots];
+  alignas(64) Real memory[kNumbersPerParticle * kSlots];
   const Local local = Local::over(memory, kSlots);
 
   /// Particle i starts at (i, i + 1/8, i + 2/8) with w = i + 3/8 and is displaced by (i + 4/8, i + 5/8, i + 6/8), so
   /// that every number tells its slot.
   PatchMemoryView() {
-    for (int i = 0; i < kSlots; ++i) local.fill(i, moving(Real(i), Real(i)));
+    for (int i = 0; i < kSlots; ++i) local.store_particle(i, moving(Real(i), Real(i)));
   }
   static Vector3<Real> three(Real a, int eighths) {
     const Real x = a + Real(0.125 * eighths);
     return {x, x + Real(0.125), x + Real(0.25)};
   }
-  static Moving<Real> moving(Real from, Real way) { return {three(from, 0), three(way, 4), from + Real(0.375)}; }
+  static PatchParticle<Real> moving(Real from, Real way) { return {three(from, 0), three(way, 4), from + Real(0.375)}; }
   void expect_at(int i, Real from, Real way) const {
-    Moving<Real> q;
-    local.read(i, q);
+    PatchParticle<Real> q;
+    local.load_particle(i, q);
     EXPECT_TRUE(same(q, moving(from, way))) << "particle " << i;
-    EXPECT_TRUE(malha::same(local.template way<Real>(i), three(way, 4))) << "particle " << i;
+    EXPECT_TRUE(malha::same(local.template load_displacement<Real>(i), three(way, 4))) << "particle " << i;
   }
-  static void expect_lane(const Moving<Wide>& q, int i, Real a) {
-    const Moving<Real> of{{lane(q.x.x, i), lane(q.x.y, i), lane(q.x.z, i)},
-                          {lane(q.d.x, i), lane(q.d.y, i), lane(q.d.z, i)},
-                          lane(q.w, i)};
+  static void expect_lane(const PatchParticle<Wide>& q, int i, Real a) {
+    const PatchParticle<Real> of{{lane(q.x.x, i), lane(q.x.y, i), lane(q.x.z, i)},
+                                 {lane(q.d.x, i), lane(q.d.y, i), lane(q.d.z, i)},
+                                 lane(q.w, i)};
     EXPECT_TRUE(same(of, moving(a, a))) << "lane " << i;
   }
-  static bool same(const Moving<Real>& a, const Moving<Real>& b) {
+  static bool same(const PatchParticle<Real>& a, const PatchParticle<Real>& b) {
     return malha::same(a.x, b.x) && malha::same(a.d, b.d) && a.w == b.w;
   }
   static Vector3<Wide> by(Real size) { return {Wide(size), Wide(size), Wide(size)}; }
@@ -71,8 +71,8 @@ TYPED_TEST(PatchMemoryView, KeepsEachParticleInItsSlot) {
 TYPED_TEST(PatchMemoryView, LoadsAPackFromAnySlotOn) {
   using R = typename TestFixture::Real;
   for (int at = 0; at + kLanes<R> <= kSlots; ++at) {
-    Moving<Lane<R>> q;
-    this->local.read(at, q);
+    PatchParticle<Lane<R>> q;
+    this->local.load_particle(at, q);
     for (int i = 0; i < kLanes<R>; ++i) this->expect_lane(q, i, R(at + i));
   }
 }
@@ -80,24 +80,24 @@ TYPED_TEST(PatchMemoryView, LoadsAPackFromAnySlotOn) {
 TYPED_TEST(PatchMemoryView, StoresAPackThereAndNowhereElse) {
   using R = typename TestFixture::Real;
   for (const int at : {0, 3, kSlots - kLanes<R>}) {
-    Moving<Lane<R>> q;
-    this->local.read(at, q);
+    PatchParticle<Lane<R>> q;
+    this->local.load_particle(at, q);
     const auto expect_further = [&](int by) {
       for (int i = 0; i < kSlots; ++i) this->expect_at(i, R(i), R(i + (at <= i && i < at + kLanes<R> ? by : 0)));
     };
-    this->local.write(at, q.d + this->by(1000));
+    this->local.store_displacement(at, q.d + this->by(1000));
     expect_further(1000);
-    this->local.add(at, this->by(500));
+    this->local.add_displacement(at, this->by(500));
     expect_further(1500);
-    this->local.write(at, q.d);
+    this->local.store_displacement(at, q.d);
   }
 }
 
 TYPED_TEST(PatchMemoryView, FillsAPackWithAllOfIt) {
   using R = typename TestFixture::Real;
-  Moving<Lane<R>> q;
-  this->local.read(0, q);
-  this->local.fill(20, q);
+  PatchParticle<Lane<R>> q;
+  this->local.load_particle(0, q);
+  this->local.store_particle(20, q);
   for (int i = 0; i < kSlots; ++i) {
     const R a = R(20 <= i && i < 20 + kLanes<R> ? i - 20 : i);
     this->expect_at(i, a, a);
@@ -106,8 +106,8 @@ TYPED_TEST(PatchMemoryView, FillsAPackWithAllOfIt) {
 
 TYPED_TEST(PatchMemoryView, ShowsItsDisplacementsAsPositions) {
   using R = typename TestFixture::Real;
-  const TypeParam ways = this->local.ways();
-  if constexpr (TypeParam::side_by_side) {
+  const TypeParam ways = this->local.displacements();
+  if constexpr (TypeParam::is_soa) {
     for (int i = 0; i < kSlots; ++i) EXPECT_TRUE(same({ways.x[i], ways.y[i], ways.z[i]}, this->three(R(i), 4))) << i;
   } else {
     for (int i = 0; i < kSlots; ++i) EXPECT_TRUE(same(ways.row[i].xyz(), this->three(R(i), 4))) << i;
@@ -123,10 +123,10 @@ TYPED_TEST(PatchMemoryView, GathersAndScattersTheIndexedParticles) {
     while (static_cast<int>(chosen.size()) < kLanes<R>)
       if (const int i = random.below(kSlots); std::find(chosen.begin(), chosen.end(), i) == chosen.end())
         chosen.push_back(i), index.push_back(static_cast<LocalIndex>(i * kIndexScale<R>));
-    Moving<Lane<R>> q;
+    PatchParticle<Lane<R>> q;
     this->local.gather(index.data(), q);
     for (int i = 0; i < kLanes<R>; ++i) this->expect_lane(q, i, R(chosen[i]));
-    if constexpr (!TypeParam::side_by_side) {
+    if constexpr (!TypeParam::is_soa) {
       this->local.scatter(index.data(), q.d + this->by(1000));
       for (int i = 0; i < kSlots; ++i) {
         const bool moved = std::find(chosen.begin(), chosen.end(), i) != chosen.end();
@@ -138,14 +138,14 @@ TYPED_TEST(PatchMemoryView, GathersAndScattersTheIndexedParticles) {
 }
 
 TYPED_TEST(PatchMemoryView, FromASlotOnIsCountedFromThere) {
-  if constexpr (TypeParam::side_by_side) {
+  if constexpr (TypeParam::is_soa) {
     const TypeParam from = this->local.from(17);
-    Moving<typename TestFixture::Real> q;
-    from.read(3, q);
+    PatchParticle<typename TestFixture::Real> q;
+    from.load_particle(3, q);
     EXPECT_EQ(q.x.x, 20);
     EXPECT_EQ(q.w, 20.375);
-    from.write(3, decltype(q.d){1, 2, 3});
-    this->local.read(20, q);
+    from.store_displacement(3, decltype(q.d){1, 2, 3});
+    this->local.load_particle(20, q);
     EXPECT_EQ(q.x.x, 20);
     EXPECT_EQ(q.d.z, 3);
     EXPECT_EQ(q.w, 20.375);

@@ -70,7 +70,7 @@ class PlanChecker {
         EXPECT_TRUE(particles.insert(i).second) << "particle " << i << " twice in patch " << k;
         EXPECT_EQ(segment.movable, !pinned_[i]) << "particle " << i;
         at_[segment.local + n] = i;
-        visits_[i].push_back({k, segment.first_visit, segment.last_visit});
+        visits_[i].push_back({k, segment.first_solve, segment.last_solve});
       }
     }
     std::map<int, int> origins;  // of each body

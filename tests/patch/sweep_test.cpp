@@ -26,7 +26,7 @@ struct PlacedParticles {
       : x(places), low(places.size()), d(ways) {
     std::vector<Vec3> lacks = places;
     for (std::size_t i = 0; i < places.size(); ++i)
-      for (int k = 0; k < 3; ++k) lacks[i][k] = kCarries<R> ? places[i][k] - double(R(places[i][k])) : 0;
+      for (int k = 0; k < 3; ++k) lacks[i][k] = kCompensated<R> ? places[i][k] - double(R(places[i][k])) : 0;
     low.upload(lacks);
   }
   Displaced<R> p() const { return {x.points(), d.points(), low.points()}; }
@@ -61,9 +61,9 @@ class ScalarSweep {
   void operator()(const PlacedParticles<Serial, R>& particles) {
     const Displaced<R> p = particles.p();
     const int last = plan_.phases() - 1;
-    for (int phase = 0; phase < last; ++phase) visit_phase(p, phase, true);
-    for (int phase = last - 1; phase >= 0; --phase) visit_phase(p, phase, false);
-    visit_phase(p, last, true), visit_phase(p, last, false);
+    for (int phase = 0; phase < last; ++phase) project_phase(p, phase, true);
+    for (int phase = last - 1; phase >= 0; --phase) project_phase(p, phase, false);
+    project_phase(p, last, true), project_phase(p, last, false);
   }
 
   void start_substep() {
@@ -74,11 +74,11 @@ class ScalarSweep {
 
  private:
   /// The patches of one phase share no particles, so that their order does not matter.
-  void visit_phase(const Displaced<R>& p, int phase, bool there) {
-    for (int k = plan_.phase_begin[phase]; k < plan_.phase_begin[phase + 1]; ++k) visit(p, plan_.patches[k], there);
+  void project_phase(const Displaced<R>& p, int phase, bool there) {
+    for (int k = plan_.phase_begin[phase]; k < plan_.phase_begin[phase + 1]; ++k) solve(p, plan_.patches[k], there);
   }
 
-  void visit(const Displaced<R>& p, const Patch& patch, bool there) {
+  void project_patch(const Displaced<R>& p, const Patch& patch, bool there) {
     origin_.assign(model_.x.size(), -1);
     for (int s = patch.segment; s < patch.segment + patch.segments; ++s)
       std::fill_n(origin_.begin() + plan_.segments[s].global, plan_.segments[s].count, plan_.segments[s].origin);
@@ -101,12 +101,12 @@ class ScalarSweep {
     for (int j = 0; j < n; ++j) {
       const int i = of[j];
       x[j] = all.x[i] - all.x[origin_[i]], d[j] = all.d[i], w[j] = R(model_.w[i]);
-      if (kCarries<R>) x[j] = x[j] + all.low[i];
+      if (kCompensated<R>) x[j] = x[j] + all.low[i];
     }
     // Gradients are computed from positions relative to the first particle.
     for (int j = n - 1; j >= 0; --j) x[j] = x[j] - x[0], p[j] = x[j] + (d[j] - d[0]);
     const R* const rest = &rest_[s][c * Kind::numbers];
-    const R taut = R(taut_of(set.pressed, model_.scene.solver.iterations));
+    const R max_start_step = R(max_start_step_of(set.pressed, model_.scene.solver.iterations));
     const R alpha = set.softness.empty() ? alpha_[s] : alpha_[s] * R(set.softness[c]);
     const auto go = [&](const Vector3<R>(&by)[n], R times) {
       for (int j = 0; j < n; ++j)
@@ -116,7 +116,7 @@ class ScalarSweep {
       constexpr int m = multipliers<Kind>();
       R sums[m];
       std::copy_n(&lambda_[s][m * c], m, sums);
-      Kind::step(p, x, w, rest, true, alpha, taut, sums, grad);
+      Kind::step(p, x, w, rest, true, alpha, max_start_step, sums, grad);
       std::copy(sums, sums + m, &lambda_[s][m * c]);
       return go(grad, R(1));
     }
@@ -130,8 +130,8 @@ class ScalarSweep {
     };
     R sum = product(grad, along);
     bool turned = false;
-    if constexpr (gradient_turns<Kind>())
-      turned = !(R(Kind::turns * Kind::turns) * product(grad, grad) * product(along, along) <= sum * sum);
+    if constexpr (limits_turn<Kind>())
+      turned = !(R(Kind::min_turn_cosine * Kind::min_turn_cosine) * product(grad, grad) * product(along, along) <= sum * sum);
     R& lambda = lambda_[s][c];  // a stiffness has no multiplier
     const R wanted = set.compliance ? -C - scale * alpha * lambda : -C * k_[s];
     // As in kernels/projection/direction.h: applied / per times `along`; for two particles without the size, which
@@ -142,15 +142,15 @@ class ScalarSweep {
       applied = applied * scale_along + std::abs(lambda) * per, per = per * scale_along;
     }
     const R size2 = n == 2 ? R(1) : size2_of(x);
-    const R way2 = n == 2 ? R(0) : most_way2(w, along), most_w = std::max(w[0], w[1]);
-    const bool whole =
-        n == 2 ? applied * most_w <= taut * per : applied * applied * way2 <= taut * taut * size2 * per * per;
+    const R way2 = n == 2 ? R(0) : max_displacement2(w, along), most_w = std::max(w[0], w[1]);
+    const bool whole = n == 2 ? applied * most_w <= max_start_step * per
+                              : applied * applied * way2 <= max_start_step * max_start_step * size2 * per * per;
     if (turned || !(sum > R(0))) {
       sum = product(grad, grad), scale_along = scale;
       std::copy(grad, grad + n, along);
     } else if (!whole) {
       const R way = n == 2 ? applied * most_w : applied * std::sqrt(way2);
-      const R share = taut * per * std::sqrt(size2) / way, other = R(1) - share;
+      const R share = max_start_step * per * std::sqrt(size2) / way, other = R(1) - share;
       sum = sum * share + product(grad, grad) * other, scale_along = scale_along * share + scale * other;
       for (int j = 0; j < n; ++j) along[j] = along[j] * share + grad[j] * other;
     }
@@ -160,10 +160,10 @@ class ScalarSweep {
     const R rounding = 16 * std::numeric_limits<R>::epsilon();
     if (n > 2 && !(sum > rounding * rounding * heaviest * most2)) return;
     R against = set.compliance ? sum + alpha * scale * scale_along : sum;
-    if constexpr (has_reach<Kind>()) {
+    if constexpr (has_max_step<Kind>()) {
       R way2 = 0;
       for (int j = 0; j < n; ++j) way2 = std::max(way2, w[j] * w[j] * dot(along[j], along[j]));
-      against = std::max(against, std::abs(wanted) * (std::sqrt(way2) * rest[Kind::per_reach]));
+      against = std::max(against, std::abs(wanted) * (std::sqrt(way2) * rest[Kind::per_max_step]));
     }
     R dlambda = wanted / against;
     if (Kind::inequality) dlambda = std::max(dlambda, set.compliance ? -lambda / scale_along : R(0));
@@ -204,9 +204,9 @@ struct Bench {
     return {R(g[0]), R(g[1]), R(g[2])};
   }
   Particles<R> particles() const { return {model.count(), held.x.points(), v.points(), held.p(), w.data()}; }
-  SolvePatch<R> visit() const { return sweep.visit(particles(), h(), gravity()); }
-  void run(const SolvePatch<R>& visit) const {
-    sweep.region([&](const auto& team) { sweep(team, visit); });
+  SolvePatch<R> make_solve() const { return sweep.make_solve(particles(), h(), gravity()); }
+  void run(const SolvePatch<R>& solve) const {
+    sweep.region([&](const auto& team) { sweep(team, solve); });
   }
 };
 
@@ -278,7 +278,7 @@ Model sheet_model(std::optional<double> compliance, bool with_wings = true) {
     if (facts_of(Kind::element).solid || (facts_of(Kind::element).weighed && !with_wings)) return;
     ConstraintSpec spec = constraint(Kind::name, Kind::parameter.default_value);
     if (Kind::element == Element::Edges) spec.elements = {"edges", "shear"};
-    if constexpr (Kind::strength.free)
+    if constexpr (Kind::strength.accepts_stiffness)
       spec.stiffness = compliance ? 1 : 0.8, spec.compliance = compliance;
     else
       modulus_of(spec, Kind::strength.modulus) = 1e-4;
@@ -301,9 +301,9 @@ void expect_same_as_scalar(const Model& model, double size, const Executor& exec
   for (int substep = 0; substep < 2; ++substep) {
     scalar.start_substep();
     for (int iteration = 0; iteration < 3; ++iteration) {
-      SolvePatch<R> visit = bench.visit();
-      visit.first_iteration = iteration == 0;
-      bench.run(visit);
+      SolvePatch<R> solve = bench.make_solve();
+      solve.first_iteration = iteration == 0;
+      bench.run(solve);
       scalar(expected);
     }
   }
@@ -342,9 +342,9 @@ TEST(Sweep, ForgetsLambdaWhenASubstepStarts) {
   Bench<Serial, double> bench(model, {}, 1, start);
   const auto project = [&](bool first_iteration) {
     bench.held.d.upload(start);
-    SolvePatch<double> visit = bench.visit();
-    visit.first_iteration = first_iteration;
-    bench.run(visit);
+    SolvePatch<double> solve = bench.make_solve();
+    solve.first_iteration = first_iteration;
+    bench.run(solve);
     return bench.held.d.download();
   };
   const auto first = project(true), remembered = project(false), again = project(true);
@@ -362,15 +362,15 @@ Bench<Executor, R> advanced(const Model& model, const Executor& executor, int th
   for (int s = 0; s < solver.substeps; ++s) {
     if (!fused) parallel_for(executor, model.count(), Predict<R>{all, h, bench.gravity()});
     for (int iteration = 0; iteration < solver.iterations; ++iteration) {
-      SolvePatch<R> visit = bench.visit();
-      visit.first_iteration = iteration == 0;
-      visit.predicts = fused && iteration == 0;
-      visit.updates = fused && iteration + 1 == solver.iterations;
-      bench.run(visit);
+      SolvePatch<R> solve = bench.make_solve();
+      solve.first_iteration = iteration == 0;
+      solve.predicts = fused && iteration == 0;
+      solve.updates = fused && iteration + 1 == solver.iterations;
+      bench.run(solve);
     }
     if (!fused) parallel_reduce<FirstIndex>(executor, model.count(), UpdateState<R>{all, h, per_h});
   }
-  EXPECT_FALSE(bench.sweep.lost());
+  EXPECT_FALSE(bench.sweep.has_non_finite());
   return bench;
 }
 
@@ -431,15 +431,15 @@ TEST(Sweep, NamesTheNonFiniteParticleAndItsSubstep) {
       if (slanted) model.v[i] = {1e30, 1e30, 1e30};
       model.scene.solver.dt = 1e8, model.scene.solver.substeps = 1;
       Bench<std::decay_t<decltype(executor)>, float> bench(model, executor, threads);
-      EXPECT_EQ(bench.sweep.first_lost(bench.held.x.download(), model.user_index), -1);
+      EXPECT_EQ(bench.sweep.first_non_finite(bench.held.x.download(), model.user_index), -1);
       for (int substep = 1; substep <= 5; ++substep) {
-        SolvePatch<float> visit = bench.visit();
-        visit.predicts = visit.updates = true;
-        visit.substep = substep;
-        bench.run(visit);
-        EXPECT_EQ(bench.sweep.lost(), substep >= first) << name << ", substep " << substep;
+        SolvePatch<float> solve = bench.make_solve();
+        solve.predicts = solve.updates = true;
+        solve.substep = substep;
+        bench.run(solve);
+        EXPECT_EQ(bench.sweep.has_non_finite(), substep >= first) << name << ", substep " << substep;
       }
-      EXPECT_EQ(bench.sweep.first_lost(bench.held.x.download(), model.user_index), model.user_index[i]) << name;
+      EXPECT_EQ(bench.sweep.first_non_finite(bench.held.x.download(), model.user_index), model.user_index[i]) << name;
     }
   });
 }

@@ -130,7 +130,7 @@ TEST(EveryConstraint, KeepsMomentaAlsoOfWhatIsTornAndCrushed) {
     for (const Corners<Kind>& at : configurations<Kind>(200, 13)) {
       const auto w = unequal_masses<Kind>(random);
       OneConstraint<Kind, double> one(at, w, another_rest<Kind>(at, random));
-      if (random() < 0) one.taut = 1e-18;  // next to nothing goes along the gradient of the start
+      if (random() < 0) one.max_start_step = 1e-18;  // next to nothing goes along the gradient of the start
       for (int j = 0; j < Kind::particles; ++j) one.move(j, random.in_cube(0.1));
       const GivenMomentum given = given_by_projection<Update::Stiff>(one, w);
       if (given.size == 0) continue;  // a satisfied inequality
@@ -267,7 +267,7 @@ TEST(EveryInequality, TakesBackWhatItPushedTooFarButNeverPulls) {
 
 TEST(EveryConstraint, LeavesOneMinusKOfASmallErrorAfterNProjections) {
   for_each_constraint([]<class Kind>(Kind) {
-    if (!Kind::strength.free) return;  // the kind has no stiffness k
+    if (!Kind::strength.accepts_stiffness) return;  // the kind has no stiffness k
     Random random(9);
     for (const Corners<Kind>& at : configurations<Kind>(20, 20)) {
       const auto w = unequal_masses<Kind>(random);
@@ -323,7 +323,7 @@ TEST(Distance, GoesAlongItsLineWhereTheSubstepBeganByTheShareThatIsWithinItsBoun
   // of that 1 m, a share goes along each direction: to first order the lengths are the same whatever the share.
   for (const double error : {0.1, 0.39, 0.41, 0.6, -0.39, -0.41, -0.6}) {
     OneConstraint<Distance, double> one({{{0, 0, 0}, {1, 0, 0}}}, {1, 1}, 1.25 - error);
-    one.taut = 0.25;
+    one.max_start_step = 0.25;
     one.move(1, {0, 0.75, 0});
     one.project<Update::Stiff>(1, 0);
     const Vector3<double> gone = one.way(1) - Vector3<double>{0, 0.75, 0};

@@ -30,7 +30,7 @@ struct OneConstraint {
   alignas(64) LocalIndex index[n][kLanes<R>];
   alignas(64) R rest[Kind::numbers * kSlotPack], lambda[multipliers<Kind>() * kSlotPack];
   R common[Kind::numbers];
-  R taut = R(1e6);  // the correction goes along the gradient where the substep began, unless that turns
+  R max_start_step = R(1e6);  // the correction goes along the gradient where the substep began, unless that turns
 
   OneConstraint(const Corners<Kind>& at, const std::array<double, n>& w, const Rest<Kind>& rest_values) {
     for (int j = 0; j < n; ++j) {
@@ -60,7 +60,8 @@ struct OneConstraint {
   void project(double stiffness, double compliance) {
     SetView<R> set{};
     set.update = update, set.numbers = Kind::numbers, set.rest = rest, set.lambda = lambda;
-    set.stiffness = R(stiffness), set.compliance = R(compliance), set.from_start = true, set.taut = taut;
+    set.stiffness = R(stiffness), set.compliance = R(compliance), set.from_start = true,
+    set.max_start_step = max_start_step;
     for (int j = 0; j < n; ++j) set.index[j] = index[j];
     Batch batch{};
     batch.count = 1, batch.pins = true;

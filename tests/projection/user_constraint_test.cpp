@@ -58,7 +58,7 @@ TEST(UserConstraint, SwingsAChainAsTheBuiltInDistanceDoes) {
   options.constraints = {own_distance({0, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5, 6}, 0.5)};
   const Simulation own = after(swinging_chain(6, true, {}, 20), 0.5, options);
   for (int i = 0; i <= 6; ++i) EXPECT_NEAR(length(own.positions()[i] - built.positions()[i]), 0, 0.01) << i;
-  EXPECT_EQ(own.solver().facts().own.at(0).batches, 2);
+  EXPECT_EQ(own.solver().facts().user_constraints.at(0).batches, 2);
 }
 
 TEST(UserConstraint, HangsAWeightByItsCompliance) {

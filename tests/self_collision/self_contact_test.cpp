@@ -29,8 +29,8 @@ TEST(SelfContact, HasPlanesThatSeparateWhatIsAThousandthOfItsSizeApart) {
     ScatteredArray<Serial, float> points(x), still(4);
     points.upload_fourth(std::vector<float>(4, INFINITY));
     std::vector<Box<float>> boxes(4);
-    const Reaches<float> reaches{points.points(), still.points(), 1e-3f, boxes.data()};
-    for (int i = 0; i < 4; ++i) BoxParticles<float>{reaches}(i);
+    const ParticleBounds<float> reaches{points.points(), still.points(), 1e-3f, boxes.data()};
+    for (int i = 0; i < 4; ++i) ComputeParticleBounds<float>{reaches}(i);
     const Candidate pair{{~0, 1, 2, 3}};
     SelfContact<float> contact;
     ASSERT_TRUE((EvaluateCandidate<float>{&pair, reaches, {1e-3f, 0.1f}}(pair, contact)));
@@ -55,7 +55,7 @@ SelfContact<double> contact_of(const Candidate& pair, const std::vector<Vec3>& x
   ScatteredArray<Serial, double> points(x), still(4);
   points.upload_fourth(std::vector<double>(4, INFINITY));
   std::vector<Box<double>> boxes(4);
-  const Reaches<double> reaches{points.points(), still.points(), 10, boxes.data()};
+  const ParticleBounds<double> reaches{points.points(), still.points(), 10, boxes.data()};
   SelfContact<double> contact;
   EXPECT_TRUE((EvaluateCandidate<double>{&pair, reaches, {10, 0.1}}(pair, contact)));
   return contact;

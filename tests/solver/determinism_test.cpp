@@ -100,10 +100,10 @@ TEST_P(Determinism, HoldsWhereEachStepRunsOnAnotherNumberOfThreads) {
   const std::uint64_t serial = hash_after(scene, 12, {.threads = 1, .backend = Backend::Serial});
   Simulation simulation(scene, {.threads = 3});
   for (int step = 0; step < 12; ++step) {
-    most_threads = 1 + step % 3;
+    max_threads = 1 + step % 3;
     simulation.step();
   }
-  most_threads = kAllThreads;
+  max_threads = kAllThreads;
   EXPECT_EQ(serial, simulation.state_hash());
 }
 

@@ -95,8 +95,8 @@ void add_kind(std::vector<KindCase>& lines, int particles) {
       scene.gravity = {0, 0, 0};  // hinges alone do not hold a sheet together: it is at rest
     lines.push_back({Kind::name + way, element.one, std::move(scene), Pass::FusedSolve, constraints_of});
   };
-  if (strength.free) add(false, "");
-  if (strength.modulus) add(true, strength.free ? std::string(", ") + strength.modulus : "");
+  if (strength.accepts_stiffness) add(false, "");
+  if (strength.modulus) add(true, strength.accepts_stiffness ? std::string(", ") + strength.modulus : "");
 }
 
 std::vector<KindCase> plan(int particles) {

@@ -115,7 +115,7 @@ Section impact_failure(Cells& cells, Json& rows) {
       formatted("Remedy: one projection of bending moves no particle farther than %.2g of the smaller height of "
                 "its hinge at rest, because the angle is only linear for small displacements; the remaining error is "
                 "corrected by later projections. Distances are linear along their own direction and need no bound.",
-                kReach)};
+                kMaxStep)};
   return section;
 }
 
