@@ -106,7 +106,7 @@ void project(const UserConstraint& constraint, int count, const int* number, dou
     double share = 0;
     if (across > 0) {
       const double farthest = (std::abs(lambda[c]) + std::abs(wanted) / (across + alpha)) * way;
-      share = farthest > kTaut * size ? kTaut * size / farthest : 1;
+      share = farthest > kMaxStartStep * size ? kMaxStartStep * size / farthest : 1;
     }
     const double sum = across * share + now * (1 - share);
     if (!(sum > 0)) continue;  // nothing can move, or C has no slope: as of a constraint that does not act now

@@ -262,7 +262,7 @@ class TimeStepper : public Solver {
       for (int s = first; s < solver.substeps; ++s) {
         if (kinematic_pins_) timed(Pass::Pins, [&] { place_pins(at(s), at(s + 1)); });
         if (attachments_ && attachments_->release(at(s))) keep_overlaps();
-        if (handles_) handles_->place(particles(), s);
+        if (handles_) handles_->move(particles(), s);
         substep_ = s;
         substep(time() + s * h, h);
         if (handles_) handles_->arrive(particles(), s);
@@ -378,7 +378,7 @@ class TimeStepper : public Solver {
   /// contacts do not throw them apart.
   void place_pins(double start, double end) {
     const int before = released_pin_sets();
-    kinematic_pins_->place(particles(), w_.data(), start, end);
+    kinematic_pins_->move(particles(), w_.data(), start, end);
     if (released_pin_sets() > before) keep_overlaps();
   }
   void keep_overlaps() {

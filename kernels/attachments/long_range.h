@@ -102,7 +102,7 @@ struct MeasureTetherExcess {
     if (!(tethers.w[i] > R(0))) return most;
     for (int k = tethers.begin[item]; k < tethers.begin[item + 1]; ++k) {
       if (!tethers.is_pinned(k) || !(tethers.reach[k] > R(0))) continue;
-      const Vector3<R> d = x.between(tethers.anchor[k], i);
+      const Vector3<R> d = x.difference(tethers.anchor[k], i);
       most += {double(sqrt(dot(d, d)) / tethers.reach[k]) - 1};
     }
     return most;
