@@ -120,8 +120,8 @@ class Starts {
     }
     model_.notes.insert(model_.notes.end(), kept.begin(), kept.end());
     if (from.empty()) return;
-    for (const int i : all) model_.look.points[model_.user_index[i]] = model_.x[i];
-    for (Vec3& unused : model_.look.vertices[b].place)
+    for (const int i : all) model_.render_mesh.points[model_.user_index[i]] = model_.x[i];
+    for (Vec3& unused : model_.render_mesh.vertices[b].place)
       for (int k = 0; k < 3; ++k) unused[k] += moved[k];
     model_.notes.push_back("body '" + model_.scene.bodies[b].name + "' started inside '" + from +
                            "' and was moved out of it as it is, by (" + shown(moved[0]) + ", " + shown(moved[1]) +
@@ -254,8 +254,8 @@ void note_starts_behind(Model& model) {
       const int i = number[user], j = number[other];
       if (!held[i] || !held[j]) sheet.look(i, model.x[i], j, model.x[j]);
     };
-    visit_face_sides(model.look.faces, look);
-    for (const Edge& line : model.look.lines) look(line[0], line[1]);
+    visit_face_sides(model.render_mesh.faces, look);
+    for (const Edge& line : model.render_mesh.lines) look(line[0], line[1]);
     sheet.tell(model);
   }
 }

@@ -33,7 +33,7 @@ class Connector {
       if (bodies_[b].mesh.tetrahedra.empty()) continue;
       model_.tetrahedra.push_back(std::move(bodies_[b].mesh.tetrahedra));
       for (Tetrahedron& t : model_.tetrahedra.back())
-        for (int& corner : t) corner = solver_of_[model_.look.body_begin[b] + corner];
+        for (int& corner : t) corner = solver_of_[model_.render_mesh.body_begin[b] + corner];
     }
     each_spec("pressure",
               [this](std::size_t b, const ConstraintSpec& spec, const std::string&) { add_pressure(b, spec); });
@@ -122,7 +122,7 @@ class Connector {
   void add_elements(std::size_t b, const ConstraintSpec& spec, Elements all) {
     if (all.particles.empty()) return;
     drop_what_is_pinned(all, Kind::particles, bodies_[b].holds.pinned);
-    for (int& i : all.particles) i = solver_of_[model_.look.body_begin[b] + i];
+    for (int& i : all.particles) i = solver_of_[model_.render_mesh.body_begin[b] + i];
     const SolverSpec& solver = model_.scene.solver;
     const std::optional<double> compliance = compliance_of<Kind>(spec);
     if (solver.type == "desbrun" && Kind::filtered == Filtered::Spring) {
@@ -182,15 +182,15 @@ class Connector {
                    "pressure needs a closed mesh (body '" + model_.scene.bodies[b].name + "')");
     PressureSet set{spec.parameter, spec.stiffness, spec.compliance, {}, triangles(mesh)};
     for (Triangle& t : set.triangles)
-      for (int& corner : t) corner = solver_of_[model_.look.body_begin[b] + corner];
+      for (int& corner : t) corner = solver_of_[model_.render_mesh.body_begin[b] + corner];
     for (std::size_t i = 0; i < mesh.points.size(); ++i)
-      set.particles.push_back(solver_of_[model_.look.body_begin[b] + i]);
+      set.particles.push_back(solver_of_[model_.render_mesh.body_begin[b] + i]);
     model_.pressures.push_back(std::move(set));
   }
 
   /// The solver's particles of a body.
   std::vector<int> names(std::size_t b) const {
-    const auto first = solver_of_.begin() + model_.look.body_begin[b];
+    const auto first = solver_of_.begin() + model_.render_mesh.body_begin[b];
     return {first, first + static_cast<std::ptrdiff_t>(bodies_[b].mesh.points.size())};
   }
 

@@ -102,10 +102,10 @@ std::vector<Split> find_cuts(const Model& model, const std::vector<Edge>& crosse
     for (const Edge& edge : edges)
       for (const int side : {0, 1})
         if (pinned[edge[side]]) held[side].insert(edge[side]);
-    const int side = held[1].size() < held[0].size() ? 1 : 0, first = model.look.body_begin[body];
+    const int side = held[1].size() < held[0].size() ? 1 : 0, first = model.render_mesh.body_begin[body];
     std::set<Edge> directed;
     for (const Edge& edge : edges) directed.insert({edge[side] - first, edge[1 - side] - first});
-    const Mesh mesh = body_mesh(model.look, body);
+    const Mesh mesh = body_mesh(model.render_mesh, body);
     const std::vector<Split> found = Cutter(body, mesh, directed).find();
     all.insert(all.end(), found.begin(), found.end());
   }

@@ -63,9 +63,9 @@ RestGraph part_of(RestGraph&& whole, const std::vector<bool>& chosen, std::vecto
 /// column.
 void add_free_diagonals(const Model& model, RestGraph& graph) {
   std::vector<Edge> diagonals;
-  for (std::size_t b = 0; b + 1 < model.look.body_begin.size(); ++b) {
-    const int first = model.look.body_begin[b];
-    for (const Quad& face : body_mesh(model.look, b).faces)
+  for (std::size_t b = 0; b + 1 < model.render_mesh.body_begin.size(); ++b) {
+    const int first = model.render_mesh.body_begin[b];
+    for (const Quad& face : body_mesh(model.render_mesh, b).faces)
       for (int k = 0; k < 2 && !is_triangle(face); ++k) diagonals.push_back({first + face[k], first + face[k + 2]});
   }
   if (diagonals.empty()) return;

@@ -13,10 +13,10 @@ namespace {
 /// Calls visit(array) for every array of the model.
 template <class M, class Visit>
 void for_each_array(M& model, const Visit& visit) {
-  auto& look = model.look;
-  visit(look.points), visit(look.faces), visit(look.lines);
-  visit(look.body_begin), visit(look.face_begin), visit(look.line_begin);
-  for (auto& file : look.vertices) visit(file.point), visit(file.place), visit(file.faces);
+  auto& render_mesh = model.render_mesh;
+  visit(render_mesh.points), visit(render_mesh.faces), visit(render_mesh.lines);
+  visit(render_mesh.body_begin), visit(render_mesh.face_begin), visit(render_mesh.line_begin);
+  for (auto& file : render_mesh.vertices) visit(file.point), visit(file.place), visit(file.faces);
   visit(model.user_index), visit(model.x), visit(model.v), visit(model.w), visit(model.mass);
   for (auto* sets : {&model.sets, &model.stencils})
     for (auto& set : *sets) visit(set.particles), visit(set.softness);

@@ -38,7 +38,7 @@ class Builder {
     check_outputs(scene);
     if (scene.self_collision && tears(scene))
       refuse(scene.file, "/self_collision", "self_collision in a scene with a body that tears", "one of them");
-    model_.look.body_begin = model_.look.face_begin = model_.look.line_begin = {0};
+    model_.render_mesh.body_begin = model_.render_mesh.face_begin = model_.render_mesh.line_begin = {0};
     ModelSeconds& took = model_.seconds;
     took.load = seconds([&] {
       Faults faults;
@@ -83,32 +83,32 @@ class Builder {
   }
 
   void add_body(Body body) {
-    RenderMesh& look = model_.look;
-    const int first = static_cast<int>(look.points.size());
-    look.points.insert(look.points.end(), body.mesh.points.begin(), body.mesh.points.end());
+    RenderMesh& render_mesh = model_.render_mesh;
+    const int first = static_cast<int>(render_mesh.points.size());
+    render_mesh.points.insert(render_mesh.points.end(), body.mesh.points.begin(), body.mesh.points.end());
     for (Quad face : body.mesh.faces) {
       for (int& corner : face)
         if (corner >= 0) corner += first;
-      look.faces.push_back(face);
+      render_mesh.faces.push_back(face);
     }
-    for (const Edge& line : body.mesh.lines) look.lines.push_back({line[0] + first, line[1] + first});
-    look.body_begin.push_back(static_cast<int>(look.points.size()));
-    look.face_begin.push_back(static_cast<int>(look.faces.size()));
-    look.line_begin.push_back(static_cast<int>(look.lines.size()));
-    look.vertices.push_back(body.mesh.vertices);
+    for (const Edge& line : body.mesh.lines) render_mesh.lines.push_back({line[0] + first, line[1] + first});
+    render_mesh.body_begin.push_back(static_cast<int>(render_mesh.points.size()));
+    render_mesh.face_begin.push_back(static_cast<int>(render_mesh.faces.size()));
+    render_mesh.line_begin.push_back(static_cast<int>(render_mesh.lines.size()));
+    render_mesh.vertices.push_back(body.mesh.vertices);
     bodies_.push_back(std::move(body));
   }
 
   /// Fixes the solver's order and fills the particles and the damped islands.
   void arrange() {
-    const RenderMesh& look = model_.look;
-    const int n = static_cast<int>(look.points.size());
+    const RenderMesh& render_mesh = model_.render_mesh;
+    const int n = static_cast<int>(render_mesh.points.size());
     std::vector<Edge> all;
     for (std::size_t b = 0; b < bodies_.size(); ++b)
-      for (const Edge& e : bodies_[b].edges) all.push_back({e[0] + look.body_begin[b], e[1] + look.body_begin[b]});
+      for (const Edge& e : bodies_[b].edges) all.push_back({e[0] + render_mesh.body_begin[b], e[1] + render_mesh.body_begin[b]});
     int islands = 0;
     const std::vector<int> island = components(n, all, islands);
-    model_.user_index = solver_order(look.points, island, islands, all);
+    model_.user_index = solver_order(render_mesh.points, island, islands, all);
     for (const int user : model_.user_index) island_.push_back(island[user]);
     solver_of_ = solver_of(model_.user_index);
     for (const Edge& e : all) edges_.push_back({solver_of_[e[0]], solver_of_[e[1]]});
@@ -157,7 +157,7 @@ class Builder {
     }
     for (double& number : centre) number /= total;
     for (std::size_t i = 0; i < body.mass.size(); ++i) {
-      const int at = solver_of_[model_.look.body_begin[b] + i];
+      const int at = solver_of_[model_.render_mesh.body_begin[b] + i];
       const Vec3& x = body.mesh.points[i];
       const Vec3 turn = cross(spec.spin, minus(x, centre));
       model_.x[at] = x;
@@ -171,7 +171,7 @@ class Builder {
   void add_holds(std::size_t b) {
     const auto add = [&](auto sets, auto& all) {
       for (auto& set : sets) {
-        for (int& i : set.particles) i = solver_of_[model_.look.body_begin[b] + i];
+        for (int& i : set.particles) i = solver_of_[model_.render_mesh.body_begin[b] + i];
         all.push_back(std::move(set));
       }
     };
@@ -209,7 +209,7 @@ Model build_torn_model(const Scene& scene, const Torn& torn, int threads, const 
 
 int number_in_body(const Model& model, int user_index) {
   const int body = body_of(model, user_index);
-  return vertex_of(model.look.vertices[body], user_index - model.look.body_begin[body]);
+  return vertex_of(model.render_mesh.vertices[body], user_index - model.render_mesh.body_begin[body]);
 }
 
 std::string particle_name(const Model& model, int user_index) {
@@ -217,17 +217,17 @@ std::string particle_name(const Model& model, int user_index) {
          model.scene.bodies[body_of(model, user_index)].name + "'";
 }
 
-std::vector<int> particles_of_vertices(const RenderMesh& look, std::size_t body) {
-  const FileVertices& file = look.vertices.at(body);
-  const int first = look.body_begin[body];
-  std::vector<int> all = points_of_vertices(file, look.body_begin[body + 1] - first);
+std::vector<int> particles_of_vertices(const RenderMesh& render_mesh, std::size_t body) {
+  const FileVertices& file = render_mesh.vertices.at(body);
+  const int first = render_mesh.body_begin[body];
+  std::vector<int> all = points_of_vertices(file, render_mesh.body_begin[body + 1] - first);
   for (int& particle : all)
     if (particle >= 0) particle += first;
   return all;
 }
 
 int body_of(const Model& model, int user_index) {
-  const std::vector<int>& begin = model.look.body_begin;
+  const std::vector<int>& begin = model.render_mesh.body_begin;
   return static_cast<int>(std::upper_bound(begin.begin(), begin.end(), user_index) - begin.begin()) - 1;
 }
 

@@ -72,7 +72,7 @@ struct ModelSeconds {
 
 struct Model {
   Scene scene;
-  RenderMesh look;
+  RenderMesh render_mesh;
   std::vector<int> user_index;          // user's index of each particle of the solver
   std::vector<Vec3> x, v;               // m, m/s
   std::vector<double> w;                // 1/kg, 0 where pinned for good
@@ -110,7 +110,7 @@ std::string particle_name(const Model& model, int user_index);
 
 /// Of each vertex of a body's mesh, as its file counts them, the user's particle, or -1 where nothing uses it; then the
 /// particles that tearing added.
-std::vector<int> particles_of_vertices(const RenderMesh& look, std::size_t body);
+std::vector<int> particles_of_vertices(const RenderMesh& render_mesh, std::size_t body);
 
 /// The body of the user's particle; those of all particles, in the solver's order.
 int body_of(const Model& model, int user_index);

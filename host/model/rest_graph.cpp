@@ -94,9 +94,9 @@ RestGraph rest_graph(const Model& model, const std::vector<double>& w) {
     graph.mass[model.user_index[i]] = model.mass[i], graph.pinned[model.user_index[i]] = w[i] == 0;
   }
   graph.mean = graph.x;
-  for (std::size_t b = 0; b + 1 < model.look.body_begin.size(); ++b) {
-    const Mesh mesh = body_mesh(model.look, b);
-    const int first = model.look.body_begin[b];
+  for (std::size_t b = 0; b + 1 < model.render_mesh.body_begin.size(); ++b) {
+    const Mesh mesh = body_mesh(model.render_mesh, b);
+    const int first = model.render_mesh.body_begin[b];
     look_at_surface(mesh, &graph.normal[first], graph.folded, first);
     for_each_side(mesh, [&](int i, int j) {
       if (graph.pinned[first + i] && graph.pinned[first + j]) graph.nearby.push_back({first + i, first + j});

@@ -52,16 +52,16 @@ void add_simplices(const Mesh& mesh, SelfSurface& surface) {
 
 /// Of the bodies of these names, or, without any, of all.
 SelfSurface surface_of(const Model& model, const std::vector<std::string>& named) {
-  const RenderMesh& look = model.look;
+  const RenderMesh& render_mesh = model.render_mesh;
   SelfSurface surface;
   const std::vector<int> number = solver_of(model.user_index);
   surface.takes_part.resize(number.size(), 0), surface.body.resize(number.size(), 0);
-  for (std::size_t b = 0; b + 1 < look.body_begin.size(); ++b) {
-    const int first = look.body_begin[b], particles = look.body_begin[b + 1] - first;
+  for (std::size_t b = 0; b + 1 < render_mesh.body_begin.size(); ++b) {
+    const int first = render_mesh.body_begin[b], particles = render_mesh.body_begin[b + 1] - first;
     for (int i = 0; i < particles; ++i) surface.body[number[first + i]] = static_cast<int>(b);
     if (!named.empty() && std::find(named.begin(), named.end(), model.scene.bodies[b].name) == named.end()) continue;
     const std::size_t before = surface.simplices.size();
-    add_simplices(body_mesh(look, b), surface);
+    add_simplices(body_mesh(render_mesh, b), surface);
     for (std::size_t e = before; e < surface.simplices.size(); ++e)
       for (int& corner : surface.simplices[e].corner) corner = number[first + corner];
     for (int i = 0; i < particles; ++i) surface.takes_part[number[first + i]] = 1;

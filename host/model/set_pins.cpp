@@ -43,8 +43,8 @@ Scene with_pins(const Model& model, const std::vector<int>& particles) {
   Scene scene = model.scene;
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
     const auto of_body = [&](const std::vector<int>& all) {
-      return std::vector<int>(std::lower_bound(all.begin(), all.end(), model.look.body_begin[b]),
-                              std::lower_bound(all.begin(), all.end(), model.look.body_begin[b + 1]));
+      return std::vector<int>(std::lower_bound(all.begin(), all.end(), model.render_mesh.body_begin[b]),
+                              std::lower_bound(all.begin(), all.end(), model.render_mesh.body_begin[b + 1]));
     };
     std::vector<int> list = of_body(particles);
     if (list == of_body(before)) continue;  // whose pins keep their words

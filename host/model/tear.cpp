@@ -101,13 +101,13 @@ void apply(const Split& split, Mesh& mesh) {
   for (const int l : split.lines) std::replace(mesh.lines[l].begin(), mesh.lines[l].end(), split.vertex, duplicate);
 }
 
-Mesh body_mesh(const RenderMesh& look, std::size_t body) {
-  const int first = look.body_begin[body];
-  Mesh mesh{{look.points.begin() + first, look.points.begin() + look.body_begin[body + 1]},
-            {look.faces.begin() + look.face_begin[body], look.faces.begin() + look.face_begin[body + 1]},
-            {look.lines.begin() + look.line_begin[body], look.lines.begin() + look.line_begin[body + 1]},
+Mesh body_mesh(const RenderMesh& render_mesh, std::size_t body) {
+  const int first = render_mesh.body_begin[body];
+  Mesh mesh{{render_mesh.points.begin() + first, render_mesh.points.begin() + render_mesh.body_begin[body + 1]},
+            {render_mesh.faces.begin() + render_mesh.face_begin[body], render_mesh.faces.begin() + render_mesh.face_begin[body + 1]},
+            {render_mesh.lines.begin() + render_mesh.line_begin[body], render_mesh.lines.begin() + render_mesh.line_begin[body + 1]},
             {},
-            look.vertices[body]};
+            render_mesh.vertices[body]};
   for (Quad& face : mesh.faces)
     for (int& corner : face)
       if (corner >= 0) corner -= first;
@@ -130,8 +130,8 @@ std::vector<Split> find_tears(const Model& model, const std::vector<Vec3>& x, co
   for (std::size_t b = 0; b < model.scene.bodies.size(); ++b) {
     const auto& tear = model.scene.bodies[b].tear;
     if (!tear) continue;
-    const int begin = model.look.body_begin[b], end = model.look.body_begin[b + 1];
-    const Mesh rest = body_mesh(model.look, b);
+    const int begin = model.render_mesh.body_begin[b], end = model.render_mesh.body_begin[b + 1];
+    const Mesh rest = body_mesh(model.render_mesh, b);
     Tearer tearer(static_cast<int>(b), rest, &x[begin], {pinned.begin() + begin, pinned.begin() + end});
     const std::vector<Split> found = tearer.find(tear->strain);
     all.insert(all.end(), found.begin(), found.end());
@@ -145,9 +145,9 @@ Breakable breakable(const Model& model) {
   for (std::size_t b = 0; b < model.scene.bodies.size(); ++b) {
     const auto& tear = model.scene.bodies[b].tear;
     if (!tear) continue;
-    const Mesh rest = body_mesh(model.look, b);
+    const Mesh rest = body_mesh(model.render_mesh, b);
     for (const Edge& e : edges(rest)) {
-      const int first = model.look.body_begin[b];
+      const int first = model.render_mesh.body_begin[b];
       const Edge ends{number[first + e[0]], number[first + e[1]]};
       if (!(model.w[ends[0]] > 0) && !(model.w[ends[1]] > 0)) continue;  // neither end could split
       found.ends.push_back(ends);
@@ -162,7 +162,7 @@ bool tears(const Scene& scene) {
 }
 
 std::vector<int> ancestors(const Model& before, const Model& after, const std::vector<Split>& done, std::size_t first) {
-  const std::vector<int>&old = before.look.body_begin, &now = after.look.body_begin;
+  const std::vector<int>&old = before.render_mesh.body_begin, &now = after.render_mesh.body_begin;
   std::vector<int> user;  // of `before`, by the user's number of `after`
   for (std::size_t b = 0; b + 1 < now.size(); ++b) {
     for (int i = old[b]; i < old[b + 1]; ++i) user.push_back(i);

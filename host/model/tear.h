@@ -39,7 +39,7 @@ struct Torn {
 Model build_torn_model(const Scene& scene, const Torn& torn, int threads = 1, const PatchBounds& bounds = {});
 
 /// The mesh of a body as it was made, numbered by itself.
-Mesh body_mesh(const RenderMesh& look, std::size_t body);
+Mesh body_mesh(const RenderMesh& render_mesh, std::size_t body);
 
 /// The edges that tear where they become too long, in the solver's numbers, and how long that is (m).
 struct Breakable {

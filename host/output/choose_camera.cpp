@@ -103,7 +103,7 @@ Camera choose_camera(const Model& model, const PictureSpec& spec) {
                           {0.55, -0.12, -0.85}, {-0.85, 0, 0.55},      {0, 0, -1},
                           {-1, 0, 0},           {-0.3, -1, -0.3},      {-0.55, 0.42, -0.85}};
   Places points;
-  for (const Vec3& x : model.look.points) points.push_back(moved({0, 0, 0}, x));
+  for (const Vec3& x : model.render_mesh.points) points.push_back(moved({0, 0, 0}, x));
   const Places start = some_of(points);
   const double bodies = extent(points);
   std::vector<Drawing> drawings;

@@ -120,7 +120,7 @@ Sag worst_sag(const Model& model) {
   for (const AttachmentSet& set : model.attached)
     for (const int i : set.particles) hung[body[i]].tied = hung[body[i]].tied || model.w[i] > 0;
   const double fall = gravity(model) * substep(model) * substep(model);
-  const std::vector<int>& faces = model.look.face_begin;
+  const std::vector<int>& faces = model.render_mesh.face_begin;
   std::vector<bool> auto_level_threshold;
   for (std::size_t b = 0; b < hung.size(); ++b) {
     const Hung& of = hung[b];

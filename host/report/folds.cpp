@@ -85,8 +85,8 @@ HangingFold sharpest_fold(const Model& model) {
     const Bends bends = bends_of(model.scene.bodies[b]);
     if (!(bends.rigidity + bends.per_hinge > 0)) continue;
     if (number.empty()) number = solver_of(model.user_index), held_there = held_at_start(model, true);
-    const Mesh mesh = body_mesh(model.look, b);
-    const int first = model.look.body_begin[b], count = static_cast<int>(mesh.points.size());
+    const Mesh mesh = body_mesh(model.render_mesh, b);
+    const int first = model.render_mesh.body_begin[b], count = static_cast<int>(mesh.points.size());
     std::vector<bool> held(count);
     for (int i = 0; i < count; ++i) held[i] = held_there[number[first + i]];
     const std::vector<Line> lines = held_lines(mesh, held);

@@ -68,7 +68,7 @@ std::vector<std::optional<Turning>> free_bodies(const Simulation& simulation) {
       x = simulation.positions(), v = simulation.velocities(), m.resize(x.size());
       for (std::size_t i = 0; i < m.size(); ++i) m[model.user_index[i]] = model.w[i] > 0 ? 1 / model.w[i] : 0;
     }
-    all[b] = turning_of(x, v, m, model.look.body_begin[b], model.look.body_begin[b + 1]);
+    all[b] = turning_of(x, v, m, model.render_mesh.body_begin[b], model.render_mesh.body_begin[b + 1]);
   }
   return all;
 }

@@ -169,7 +169,7 @@ std::string plan(const Simulation& simulation) {
   if (scene.sleep)
     out << "sleep: when no particle has been faster than " << scene.sleep->speed << " m/s for " << scene.sleep->after
         << " s\n";
-  if (const std::string coarse = coarse_resolution(model, model.look.points); !coarse.empty())
+  if (const std::string coarse = coarse_resolution(model, model.render_mesh.points); !coarse.empty())
     out << "resolution: " << coarse << "\n";
   for (const auto& body : model.tetrahedra) out << "tetrahedra: " << body.size() << "\n";
   if (model.zero_area_faces > 0) out << "left out: " << counted(model.zero_area_faces, "face") << " without area\n";

@@ -89,7 +89,7 @@ struct Simulation::Parts {
       for (int& particle : one.particles)
         for (std::size_t body = 0; body + 1 < whole.body_begin.size(); ++body)
           if (particle >= whole.body_begin[body] && particle < whole.body_begin[body + 1]) {
-            particle += model.look.body_begin[body] - whole.body_begin[body];
+            particle += model.render_mesh.body_begin[body] - whole.body_begin[body];
             break;
           }
     solver->add_user_constraints(all);
@@ -168,7 +168,7 @@ struct Simulation::Parts {
       std::vector<ParticleHandle> taken = solver->taken();
       for (ParticleHandle& one : taken) {  // duplicates are the last of their bodies
         const int body = body_of(model, one.particle);
-        one.particle += next.look.body_begin[body] - model.look.body_begin[body];
+        one.particle += next.render_mesh.body_begin[body] - model.render_mesh.body_begin[body];
       }
       lay_out(std::move(all), std::move(next));
       solver->restore_after_split(state, particles, from, passes);
@@ -236,7 +236,7 @@ Simulation::Simulation(const Scene& scene, const SimulationOptions& options) : p
   });
   doing(scene.environment.empty() ? "colouring and laying out" : "colouring and laying out, building trees");
   parts_->times.solver_seconds = seconds([&] { parts_->make_solver_of_model(); });
-  if (malha::tears(scene)) parts_->whole = parts_->model.look, parts_->hash_of_scene();
+  if (malha::tears(scene)) parts_->whole = parts_->model.render_mesh, parts_->hash_of_scene();
 }
 Simulation::Simulation(Simulation&&) noexcept = default;
 Simulation& Simulation::operator=(Simulation&&) noexcept = default;
@@ -372,7 +372,7 @@ std::vector<double> Simulation::constraint_values(std::size_t index) const {
   return parts_->solver->values_of_user_constraint(index);
 }
 std::vector<int> Simulation::particles_of_vertices(std::size_t body) const {
-  return malha::particles_of_vertices(parts_->model.look, body);
+  return malha::particles_of_vertices(parts_->model.render_mesh, body);
 }
 Measures Simulation::measure() const { return parts_->solver->measure(); }
 void Simulation::count_crossings() {
@@ -387,8 +387,8 @@ std::vector<std::string> Simulation::failed_expectations() const {
   const Model& model = parts_->model;
   std::vector<ParticlesOfBody> bodies;
   for (std::size_t b = 0; b < model.scene.bodies.size(); ++b)
-    bodies.push_back({model.scene.bodies[b].name, static_cast<std::size_t>(model.look.body_begin[b]),
-                      static_cast<std::size_t>(model.look.body_begin[b + 1]), model.look.vertices[b]});
+    bodies.push_back({model.scene.bodies[b].name, static_cast<std::size_t>(model.render_mesh.body_begin[b]),
+                      static_cast<std::size_t>(model.render_mesh.body_begin[b + 1]), model.render_mesh.vertices[b]});
   Measures measures = measure();
   measures.crossings = std::max(measures.crossings, parts_->times.most_crossings);
   return unmet_expectations(model.scene.expect, measures, positions(), bodies);
@@ -409,7 +409,7 @@ std::int64_t Simulation::load_checkpoint(const std::string& path) {
 
 void Simulation::transfer_state_from(const Simulation& before) {
   if (malha::tears(model().scene) && !before.parts_->splits.empty()) parts_->lay_out_anew(before.parts_->splits);
-  const RenderMesh &now = model().look, &then = before.model().look;
+  const RenderMesh &now = model().render_mesh, &then = before.model().render_mesh;
   std::vector<Vec3> x = positions(), v = velocities();
   const std::vector<Vec3> x_then = before.positions(), v_then = before.velocities();
   for (std::size_t b = 0; b < model().scene.bodies.size(); ++b)

@@ -87,14 +87,14 @@ TEST(Model, SharesTheMassOfACloudEqually) {
 TEST(Model, MapsItsOrderBackToTheUsers) {
   const ShuffledMesh mesh;
   const Model model = build_model(scene_of({body("scan", MeshFile{mesh.path}), body("ball", SphereShape{0.5, 2})}));
-  ASSERT_EQ(model.look.points.size(), 441u + 162u);
-  for (int i = 0; i < model.count(); ++i) EXPECT_EQ(model.x[i], model.look.points[model.user_index[i]]);
+  ASSERT_EQ(model.render_mesh.points.size(), 441u + 162u);
+  for (int i = 0; i < model.count(); ++i) EXPECT_EQ(model.x[i], model.render_mesh.points[model.user_index[i]]);
   EXPECT_FALSE(std::is_sorted(model.user_index.begin(), model.user_index.end()))
       << "the example is one that is reordered";
   const auto solver = make_solver(model, 0);
   const std::vector<Vec3> positions = solver->positions();
   for (int i = 0; i < model.count(); ++i)
-    for (int k = 0; k < 3; ++k) EXPECT_NEAR(positions[i][k], model.look.points[i][k], 1e-7);
+    for (int k = 0; k < 3; ++k) EXPECT_NEAR(positions[i][k], model.render_mesh.points[i][k], 1e-7);
 }
 
 TEST(Model, KeepsConstraintsOnTheirParticlesWhenItReorders) {
@@ -118,7 +118,7 @@ TEST(Model, AppliesTheTransformBeforePinsAndMeasures) {
   sheet.pins = {NearestPin{{2, 10, 2}}};
   const Model model = build_model(scene_of({sheet}));
   EXPECT_EQ(model.w[solver_of(model)[24]], 0);
-  EXPECT_EQ(model.look.points[24], (Vec3{2, 10, 2}));
+  EXPECT_EQ(model.render_mesh.points[24], (Vec3{2, 10, 2}));
 }
 
 TEST(Model, SpinIsOmegaCrossRAboutTheCentreOfMass) {

@@ -18,16 +18,16 @@ constexpr double kCompliance = 1e-3;  // m/N, of the spring that pulls: 1 kg on 
 
 std::shared_ptr<const Body> body_of(const Model& model) {
   auto body = std::make_shared<Body>();
-  body->look = model.look;
-  const Mesh mesh{model.look.points, model.look.faces, model.look.lines, {}};
-  std::vector<bool> used(model.look.points.size(), false);
+  body->look = model.render_mesh;
+  const Mesh mesh{model.render_mesh.points, model.render_mesh.faces, model.render_mesh.lines, {}};
+  std::vector<bool> used(model.render_mesh.points.size(), false);
   for (const Triangle& t : triangles(mesh)) {
     body->triangles.push_back({unsigned(t[0]), unsigned(t[1]), unsigned(t[2])});
     for (const int i : t) used[i] = true;
   }
   for (const Edge& e : edges(mesh))
     body->edges.push_back({unsigned(e[0]), unsigned(e[1])}), used[e[0]] = used[e[1]] = true;
-  const std::vector<Vec3>& start = model.look.points;
+  const std::vector<Vec3>& start = model.render_mesh.points;
   for (const auto& [a, b] : body->edges) body->spacing += distance(start[a], start[b]) / double(body->edges.size());
   for (unsigned i = 0; i < used.size(); ++i)
     if (!used[i]) body->loose.push_back(i);
@@ -73,7 +73,7 @@ void Side::change_back(const std::shared_ptr<const Scene>& scene) {
 }
 
 void Side::note_body() {
-  const RenderMesh& look = simulation_->model().look;
+  const RenderMesh& look = simulation_->model().render_mesh;
   const auto same = [&look](const RenderMesh& one) {
     return one.points == look.points && one.faces == look.faces && one.lines == look.lines &&
            one.body_begin == look.body_begin;
