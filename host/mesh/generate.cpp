@@ -276,7 +276,7 @@ void apply(const Transform& transform, Mesh& mesh) {
   const double radians = transform.degrees * (std::numbers::pi / 180);
   const Eigen::Matrix3d turn = Eigen::AngleAxisd(radians, vector(transform.axis).normalized()).toRotationMatrix();
   const Eigen::Matrix3d turn_and_scale = turn * vector(transform.scale).asDiagonal();
-  for (auto* points : {&mesh.points, &mesh.vertices.place})
+  for (auto* points : {&mesh.points, &mesh.vertices.position})
     for (Vec3& point : *points) {
       const Eigen::Vector3d moved = vector(transform.translate) + turn_and_scale * vector(point);
       point = {moved[0], moved[1], moved[2]};

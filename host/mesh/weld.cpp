@@ -141,7 +141,7 @@ int drop_unused_points(Mesh& mesh) {
   use(mesh.faces), use(mesh.lines), use(mesh.tetrahedra);
   const auto unused = static_cast<int>(std::ranges::count(used, false));
   if (unused == 0 || unused == static_cast<int>(used.size())) {
-    mesh.vertices.place = {};
+    mesh.vertices.position = {};
     return 0;
   }
   std::vector<int> becomes = points_of_vertices({}, static_cast<int>(used.size()));

@@ -186,7 +186,7 @@ std::vector<Level> make_levels(const Model& model, const std::vector<double>& w,
   std::vector<int> inside(model.count(), -1), held(model.count()), place;
   for (std::size_t i = 0; i < user.size(); ++i) inside[user[i]] = static_cast<int>(i);
   for (int i = 0; i < model.count(); ++i) held[i] = inside[model.user_index[i]];
-  const int most = model.scene.solver.levels == kAutoLevels ? kMostLevels : model.scene.solver.levels;
+  const int most = model.scene.solver.levels == kAutoLevels ? kMaxLevels : model.scene.solver.levels;
   while (static_cast<int>(levels.size()) < most && fine.count() > kFewest) {
     std::vector<int> kept, now(fine.count(), -1);
     fine = part_of(std::move(fine), smooth(fine, part, static_cast<int>(linkage.parts.size())), kept);

@@ -16,7 +16,7 @@ void for_each_array(M& model, const Visit& visit) {
   auto& render_mesh = model.render_mesh;
   visit(render_mesh.points), visit(render_mesh.faces), visit(render_mesh.lines);
   visit(render_mesh.body_begin), visit(render_mesh.face_begin), visit(render_mesh.line_begin);
-  for (auto& file : render_mesh.vertices) visit(file.point), visit(file.place), visit(file.faces);
+  for (auto& file : render_mesh.vertices) visit(file.point), visit(file.position), visit(file.faces);
   visit(model.user_index), visit(model.x), visit(model.v), visit(model.w), visit(model.mass);
   for (auto* sets : {&model.sets, &model.stencils})
     for (auto& set : *sets) visit(set.particles), visit(set.softness);

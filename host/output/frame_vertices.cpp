@@ -16,7 +16,7 @@ FrameVertices::FrameVertices(const RenderMesh& render_mesh) : particles_(render_
       if (own[vertex] >= 0) lowest_[own[vertex]] = begin_[b] + vertex;
     }
     for (std::size_t vertex = 0; vertex < own.size(); ++vertex)
-      if (own[vertex] < 0) unused_.push_back(render_mesh.vertices[b].place[vertex]);
+      if (own[vertex] < 0) unused_.push_back(render_mesh.vertices[b].position[vertex]);
     particle_.insert(particle_.end(), own.begin(), own.end());
   }
 }

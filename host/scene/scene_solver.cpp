@@ -35,7 +35,7 @@ std::vector<JsonReader::Field> desbrun_fields(SolverSpec& solver) {
 
 int read_levels(const JsonReader& at) {
   if (at.value().type == JsonValue::Type::Text) return at.word("choice", {"auto", "off"}) == "auto" ? kAutoLevels : 0;
-  return at.integer(1, kMostLevels);
+  return at.integer(1, kMaxLevels);
 }
 
 }  // namespace
@@ -60,7 +60,7 @@ SolverSpec read_solver(const JsonReader& at) {
                       }});
     fields.push_back({"levels", [&](const JsonReader& v) { solver.levels = read_levels(v); }});
     fields.push_back(
-        {"levels_interval", [&](const JsonReader& v) { solver.levels_interval = v.integer(1, kSeldomLevels); }});
+        {"levels_interval", [&](const JsonReader& v) { solver.levels_interval = v.integer(1, kMaxLevelsInterval); }});
     fields.push_back({"stiffness_basis", [&](const JsonReader& v) {
                         solver.stiffness_of_step = v.word("choice", {"projections", "step"}) == "step";
                       }});

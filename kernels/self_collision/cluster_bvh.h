@@ -55,7 +55,7 @@ enum UnitItems { kPoints, kTriangles, kEdges, kItemKinds };
 /// (particle < 0). Particles are numbered times kIndexScale.
 template <class R>
 struct ClusterBvh {
-  static constexpr int kMostLevels = 9;
+  static constexpr int kMaxLevels = 9;
   int count;
   const int* begin[kItemKinds];  // of each unit's items, and one more
   const int* point;
@@ -64,8 +64,8 @@ struct ClusterBvh {
   const unsigned char* wire_edge;  // of each edge: whether no triangle has it
   BoxRows<R> item[kItemKinds], leaf[kItemKinds];
   BoxRows<R> node;                 // units first, then what lies over each kBranch, up to no more than kBranch
-  int level[kMostLevels + 1];      // where each level of nodes begins, by multiples of kBranch
-  int nodes[kMostLevels], levels;  // of each level
+  int level[kMaxLevels + 1];      // where each level of nodes begins, by multiples of kBranch
+  int nodes[kMaxLevels], levels;  // of each level
 };
 
 /// Boxes of a unit's items, leaves, and its own.
@@ -116,8 +116,8 @@ struct RefitLevel {
 template <class Isa, class R, class Found>
 KERNEL void for_each_overlapping_cluster(const ClusterBvh<R>& units, int u, const Found& found) {
   const Box<R> b = units.node[u];
-  int first[ClusterBvh<R>::kMostLevels];
-  unsigned bits[ClusterBvh<R>::kMostLevels];
+  int first[ClusterBvh<R>::kMaxLevels];
+  unsigned bits[ClusterBvh<R>::kMaxLevels];
   const auto look = [&](int level, int at) KERNEL_LAMBDA {
     first[level] = at;
     bits[level] = overlaps<Isa>(units.node, units.level[level] + at,

@@ -124,7 +124,7 @@ TEST(FileVertices, OfFilesWithoutAnyThatNothingUsesCostNothing) {
   const Model model = build_model(parsed(swinging_file(folder.write("a.obj", obj_of(sheet)), {0})));
   ASSERT_EQ(model.render_mesh.vertices.size(), 1u);
   const FileVertices& file = model.render_mesh.vertices[0];
-  EXPECT_TRUE(file.point.empty() && file.place.empty() && file.faces.empty());
+  EXPECT_TRUE(file.point.empty() && file.position.empty() && file.faces.empty());
   EXPECT_TRUE(model.notes.empty());
 }
 

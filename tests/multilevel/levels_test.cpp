@@ -45,7 +45,7 @@ Measures after_a_second(const Scene& scene) {
 
 /// Plain sweeps: 0.0075, 0.036; with levels it was 0.0011 and 0.0019.
 TEST(Levels, StretchDoesNotGrowWithTheMesh) {
-  EXPECT_LT(after_a_second(hung_sheet(sheet_of(46), kMostLevels)).strain_rms, 0.003);
+  EXPECT_LT(after_a_second(hung_sheet(sheet_of(46), kMaxLevels)).strain_rms, 0.003);
   const Measures fine = after_a_second(hung_sheet(sheet_of(100), kAutoLevels));
   EXPECT_LT(fine.strain_rms, 0.003);
   EXPECT_LT(fine.strain_max, 0.05);
@@ -98,7 +98,7 @@ double hung_stretch(Shape shape, ConstraintSpec constraint, int substeps, int le
 /// Springs of 300 N/m: 0.0050 by Newton's method on the springs at rest, at 33 and at 70 particles a side.
 TEST(Levels, CompliantConstraintsHangAsLongAsAtEquilibrium) {
   const ConstraintSpec springs = compliant("distance", 1.0 / 300, {"edges", "shear"});
-  EXPECT_NEAR(hung_stretch(sheet_of(33), springs, 10, kMostLevels), 0.0050, 0.0005);
+  EXPECT_NEAR(hung_stretch(sheet_of(33), springs, 10, kMaxLevels), 0.0050, 0.0005);
   EXPECT_NEAR(hung_stretch(sheet_of(70), springs, 10, kAutoLevels), 0.0050, 0.0005);
   EXPECT_GT(hung_stretch(sheet_of(70), springs, 10, 0), 0.015);
 }
@@ -154,7 +154,7 @@ TEST(Linkage, LeavesOutWhatIsMuchSofter) {
 /// Solids, elastic bodies that nothing holds or pulls, and, by themselves, such as weight stretches by more than 1 %.
 TEST(Levels, AreNotForSolidsNorForWhatHasNoWeightNorForWhatIsSoft) {
   SolverSpec automatic, asked;
-  automatic.levels = kAutoLevels, asked.levels = kMostLevels;
+  automatic.levels = kAutoLevels, asked.levels = kMaxLevels;
   const LinkedPart stiff_part{.particles = 5000, .longest = 70};
   EXPECT_TRUE(should_use_levels(stiff_part, automatic));
   LinkedPart solid = stiff_part, elastic = stiff_part;
@@ -188,7 +188,7 @@ TEST(Levels, AreNotForSolidsNorForWhatHasNoWeightNorForWhatIsSoft) {
 
 TEST(Levels, KeepTheMomentumOfAFreeBody) {
   BodySpec body = tumbling_ellipsoid(3, {stiff("distance", {"edges"})});
-  for (const int levels : {0, kMostLevels}) {
+  for (const int levels : {0, kMaxLevels}) {
     Scene scene = scene_of({body}, {}, 1.0 / 60, 10);
     scene.solver.levels = levels;
     Simulation simulation(scene, {.threads = 1});
@@ -210,7 +210,7 @@ TEST(Levels, LeaveWhatIsAtRestAlone) {
   for (BodySpec& body : {std::ref(ball), std::ref(box)}) {
     body.name = "body", body.mass = 1, body.constraints = {stiff("distance", {"edges"})};
     Scene scene = scene_of({body}, {}, 1.0 / 60, 10);
-    scene.solver.levels = kMostLevels;
+    scene.solver.levels = kMaxLevels;
     Simulation simulation(scene, {.threads = 1});
     // The box turns at its edges: one level has few enough of them.
     ASSERT_GE(simulation.solver().facts().levels.size(), &body == &ball ? 3U : 1U);
@@ -252,7 +252,7 @@ TEST(Levels, LetWhatIsFoldedAtRestUnroll) {
       {"long wave", [](int j) { return 1.0 * std::sin(2 * kPi * j / 60); }},
   };
   for (const WavedStrip& strip : strips)
-    for (const int levels : {kAutoLevels, kMostLevels}) {
+    for (const int levels : {kAutoLevels, kMaxLevels}) {
       const TemporaryFolder folder;
       std::vector<Vec3> row{{0, 0, 0}};
       for (int j = 0; j + 1 < rows; ++j)
@@ -310,7 +310,7 @@ TEST(Levels, AreAsLongAsTheSheetIsUnrolled) {
     const double angle = kPi * i / (side - 1);
     return Vec3{radius * std::cos(angle), radius * std::sin(angle), 2.0 * j / (side - 1)};
   });
-  Scene scene = hung_sheet(MeshFile{folder.write("pipe.obj", obj)}, kMostLevels);
+  Scene scene = hung_sheet(MeshFile{folder.write("pipe.obj", obj)}, kMaxLevels);
   scene.bodies[0].constraints = {stiff("distance", {"edges", "shear"})};
   const Model model = build_model(scene);
   const std::vector<Level> levels = make_levels(model, model.w);
