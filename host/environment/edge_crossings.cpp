@@ -41,7 +41,7 @@ std::int64_t count_through(const Surfaces& one, const Surfaces& other, Edge& fir
   for (const Edge& edge : one.edges) {
     if (!overlap(bounds_of(one.x, edge), all)) continue;
     const Vec3 &p = one.x[edge[0]], &q = one.x[edge[1]];
-    tree.for_each_on(p, q, [&](int f) {
+    tree.for_each_on_segment(p, q, [&](int f) {
       const auto& [a, b, c] = other.faces[f];
       if (!crosses(p, q, other.x[a], other.x[b], other.x[c])) return;
       if (count++ == 0 && first[0] < 0) first = edge;

@@ -72,7 +72,7 @@ std::string metres(double value) { return shown(value) + " m"; }
 
 class Starts {
  public:
-  explicit Starts(Model& model) : model_(model), held_(held_at_start(model, true)) {
+  explicit Starts(Model& model) : model_(model), held_(fixed_at_start(model, true)) {
     for (std::size_t e = 0; e < model.environment.size(); ++e)
       if (model.environment[e].spec.sides == Sides::Solid)
         solids_.emplace_back(device_, model.environment[e]), number_.push_back(e);
@@ -121,7 +121,7 @@ class Starts {
     model_.notes.insert(model_.notes.end(), kept.begin(), kept.end());
     if (from.empty()) return;
     for (const int i : all) model_.render_mesh.points[model_.user_index[i]] = model_.x[i];
-    for (Vec3& unused : model_.render_mesh.vertices[b].place)
+    for (Vec3& unused : model_.render_mesh.vertices[b].position)
       for (int k = 0; k < 3; ++k) unused[k] += moved[k];
     model_.notes.push_back("body '" + model_.scene.bodies[b].name + "' started inside '" + from +
                            "' and was moved out of it as it is, by (" + shown(moved[0]) + ", " + shown(moved[1]) +
@@ -242,7 +242,7 @@ class Sheet {
 void note_starts_behind(Model& model) {
   const auto one_sided = [](const EnvironmentMesh& mesh) { return mesh.spec.sides == Sides::OneSided; };
   if (std::none_of(model.environment.begin(), model.environment.end(), one_sided)) return;
-  const std::vector<bool> held = held_at_start(model, false);
+  const std::vector<bool> held = fixed_at_start(model, false);
   const std::vector<int> number = solver_of(model.user_index);
   const Device device;
   for (const EnvironmentMesh& mesh : model.environment) {
@@ -254,7 +254,7 @@ void note_starts_behind(Model& model) {
       const int i = number[user], j = number[other];
       if (!held[i] || !held[j]) sheet.look(i, model.x[i], j, model.x[j]);
     };
-    visit_face_sides(model.render_mesh.faces, look);
+    for_each_face_side(model.render_mesh.faces, look);
     for (const Edge& line : model.render_mesh.lines) look(line[0], line[1]);
     sheet.tell(model);
   }

@@ -214,7 +214,7 @@ class Simulation {
 
  private:
   struct Parts;
-  void lay_out_anew(const Scene& scene, const std::optional<std::vector<int>>& pins = std::nullopt);
+  void rebuild(const Scene& scene, const std::optional<std::vector<int>>& pins = std::nullopt);
   std::unique_ptr<Parts> parts_;
 };
 

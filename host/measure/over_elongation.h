@@ -26,11 +26,11 @@ class Limits {
     }
     ends_ = Array<Executor, int>(ends), longest_ = Array<Executor, R>(longest);
   }
-  Limits(const Executor& executor, const Breakable& edges) : executor_(executor) {
+  Limits(const Executor& executor, const TearableEdges& edges) : executor_(executor) {
     std::vector<int> ends;
     for (const Edge& e : edges.ends) ends.insert(ends.end(), e.begin(), e.end());
     ends_ = Array<Executor, int>(ends);
-    longest_ = Array<Executor, R>(std::vector<R>(edges.longest.begin(), edges.longest.end()));
+    longest_ = Array<Executor, R>(std::vector<R>(edges.max_length.begin(), edges.max_length.end()));
   }
 
   /// The largest over-elongation, in lengths.

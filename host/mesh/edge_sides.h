@@ -54,7 +54,7 @@ void for_each_edge(const std::vector<Side>& sides, Group group) {
 
 /// Calls add(from, to) for every side of every face.
 template <class Add>
-void visit_face_sides(const std::vector<Quad>& faces, Add add) {
+void for_each_face_side(const std::vector<Quad>& faces, Add add) {
   for (const Quad& face : faces) {
     const int corners = is_triangle(face) ? 3 : 4;
     for (int k = 0; k < corners; ++k) add(face[k], face[k + 1 < corners ? k + 1 : 0]);

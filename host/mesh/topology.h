@@ -22,12 +22,12 @@ std::vector<Triangle> triangles(const Mesh& mesh);
 
 /// Of each side of each triangle (3 t + k, from its corner k to the next), the side of the other triangle at that edge;
 /// -1 at edges with one triangle or with more than two. `crowded`, where given, grows by the number of the latter.
-std::vector<int> opposite_sides(std::size_t points, const std::vector<Triangle>& triangles, int* crowded = nullptr);
+std::vector<int> opposite_sides(std::size_t points, const std::vector<Triangle>& triangles, int* non_manifold = nullptr);
 
 /// {a, b, c, d} for every edge a-b that a triangle (a, b, c) of triangles(mesh) shares with one other, of corners a, b,
 /// d, quads' diagonals included, in order of first appearance. How the two are wound does not matter: the second is
 /// taken as (b, a, d). Edges with one triangle or with more than two are left out; `crowded` as above.
-std::vector<std::array<int, 4>> hinges(const Mesh& mesh, int* crowded = nullptr);
+std::vector<std::array<int, 4>> hinges(const Mesh& mesh, int* non_manifold = nullptr);
 
 /// Which connected part each particle belongs to. Parts are numbered from 0 in the order of their lowest particles;
 /// `count` becomes their number.

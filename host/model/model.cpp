@@ -27,7 +27,7 @@ namespace {
 
 class Builder {
  public:
-  Builder(const Scene& scene, int threads, const PatchBounds& bounds, const Torn* torn = nullptr)
+  Builder(const Scene& scene, int threads, const PatchBounds& bounds, const TearState* torn = nullptr)
       : threads_(threads), bounds_(bounds), torn_(torn) {
     model_.scene = scene;
   }
@@ -36,7 +36,7 @@ class Builder {
     const Scene& scene = model_.scene;
     if (!torn_) check_scene(scene);
     check_outputs(scene);
-    if (scene.self_collision && tears(scene))
+    if (scene.self_collision && can_tear(scene))
       refuse(scene.file, "/self_collision", "self_collision in a scene with a body that tears", "one of them");
     model_.render_mesh.body_begin = model_.render_mesh.face_begin = model_.render_mesh.line_begin = {0};
     ModelSeconds& took = model_.seconds;
@@ -54,9 +54,9 @@ class Builder {
     if (!torn_) set_default_thickness();
     check_expectations(scene, std::any_of(bodies_.begin(), bodies_.end(),
                                           [](const Body& body) { return !body.mesh.tetrahedra.empty(); }));
-    took.order = seconds([this] { arrange(); });
-    took.connect = seconds([this] { connect(model_, bodies_, solver_of_, torn_ != nullptr); });
-    if (gives_momenta_back()) find_free_islands();
+    took.order = seconds([this] { order_particles(); });
+    took.build_constraints = seconds([this] { build_constraints(model_, bodies_, solver_of_, torn_ != nullptr); });
+    if (corrects_momenta()) find_free_islands();
     took.patches = seconds([this] { cut(); });
     if (torn_)
       model_.notes = *torn_->notes;
@@ -79,7 +79,7 @@ class Builder {
   }
 
   Mesh mesh_of(std::size_t b) {
-    return torn_ ? body_mesh(*torn_->whole, b) : load_body(model_.scene, b, model_.zero_area_faces, model_.notes);
+    return torn_ ? body_mesh(*torn_->intact, b) : load_body(model_.scene, b, model_.zero_area_faces, model_.notes);
   }
 
   void add_body(Body body) {
@@ -99,13 +99,14 @@ class Builder {
     bodies_.push_back(std::move(body));
   }
 
-  /// Fixes the solver's order and fills the particles and the damped islands.
-  void arrange() {
+  /// Computes the solver's order and fills the particles and the lists of components.
+  void order_particles() {
     const RenderMesh& render_mesh = model_.render_mesh;
     const int n = static_cast<int>(render_mesh.points.size());
     std::vector<Edge> all;
     for (std::size_t b = 0; b < bodies_.size(); ++b)
-      for (const Edge& e : bodies_[b].edges) all.push_back({e[0] + render_mesh.body_begin[b], e[1] + render_mesh.body_begin[b]});
+      for (const Edge& e : bodies_[b].edges)
+        all.push_back({e[0] + render_mesh.body_begin[b], e[1] + render_mesh.body_begin[b]});
     int islands = 0;
     const std::vector<int> island = components(n, all, islands);
     model_.user_index = solver_order(render_mesh.points, island, islands, all);
@@ -114,9 +115,9 @@ class Builder {
     for (const Edge& e : all) edges_.push_back({solver_of_[e[0]], solver_of_[e[1]]});
 
     model_.x.resize(n), model_.v.resize(n), model_.w.resize(n), model_.mass.resize(n);
-    for (std::size_t b = 0; b < bodies_.size(); ++b) place(b);
+    for (std::size_t b = 0; b < bodies_.size(); ++b) fill_particles(b);
 
-    bool loose = false;  // the one before
+    bool loose = false;  // whether the previous component is a loose particle
     for (int i = 0, end; i < n; i = end) {
       for (end = i; end < n && island_[end] == island_[i];) ++end;
       if (!loose || end - i > 1) model_.islands.push_back(i);
@@ -126,9 +127,9 @@ class Builder {
     }
   }
 
-  /// Whether free bodies get back what projections take of their momenta. By Desbrun's method too, whose filter keeps
-  /// them, but not what is projected after it.
-  bool gives_momenta_back() const {
+  /// True if the momenta of free bodies are restored after projections. Desbrun's filter conserves them, but not the
+  /// projections after it.
+  bool corrects_momenta() const {
     const SolverSpec& solver = model_.scene.solver;
     if (solver.type == "pbd") return solver.keeps_momenta;
     const bool projects = !model_.sets.empty() || !model_.pressures.empty();
@@ -137,18 +138,18 @@ class Builder {
 
   void find_free_islands() {
     const int n = static_cast<int>(island_.size());
-    const std::vector<bool> held = held_at_start(model_, true);
+    const std::vector<bool> fixed = fixed_at_start(model_, true);
     for (int i = 0, end; i < n; i = end) {
       bool free = true;
-      for (end = i; end < n && island_[end] == island_[i]; ++end) free = free && !held[end];
+      for (end = i; end < n && island_[end] == island_[i]; ++end) free = free && !fixed[end];
       if (free && end - i > 1) model_.free.push_back({i, end - i});
     }
   }
 
-  void place(std::size_t b) {
+  void fill_particles(std::size_t b) {
     const BodySpec& spec = model_.scene.bodies[b];
     const Body& body = bodies_[b];
-    const std::vector<bool> held = body.holds.at_start();
+    const std::vector<bool> pinned = body.boundary.at_start();
     Vec3 centre{0, 0, 0};
     double total = 0;
     for (std::size_t i = 0; i < body.mass.size(); ++i) {
@@ -162,24 +163,24 @@ class Builder {
       const Vec3 turn = cross(spec.spin, minus(x, centre));
       model_.x[at] = x;
       model_.mass[at] = body.mass[i];
-      model_.w[at] = body.holds.pinned[i] ? 0 : 1 / body.mass[i];
-      for (int k = 0; k < 3; ++k) model_.v[at][k] = held[i] ? 0 : spec.velocity[k] + turn[k];
+      model_.w[at] = body.boundary.pinned[i] ? 0 : 1 / body.mass[i];
+      for (int k = 0; k < 3; ++k) model_.v[at][k] = pinned[i] ? 0 : spec.velocity[k] + turn[k];
     }
-    add_holds(b);
+    add_boundary_conditions(b);
   }
 
-  void add_holds(std::size_t b) {
+  void add_boundary_conditions(std::size_t b) {
     const auto add = [&](auto sets, auto& all) {
       for (auto& set : sets) {
         for (int& i : set.particles) i = solver_of_[model_.render_mesh.body_begin[b] + i];
         all.push_back(std::move(set));
       }
     };
-    add(bodies_[b].holds.moved, model_.moved), add(bodies_[b].holds.attached, model_.attached);
+    add(bodies_[b].boundary.moved, model_.moved), add(bodies_[b].boundary.attached, model_.attached);
   }
 
-  /// Cuts the particles into patches and renumbers everything accordingly. Cuts go through the constraints, and these
-  /// are listed in the first order: to renumber takes 2 to 4 % of the set-up of a million particles.
+  /// Cuts the particles into patches and reorders the model accordingly. The cuts depend on the constraints, which are
+  /// listed in the first order; the reordering takes 2 to 4 % of the set-up of a million particles.
   void cut() {
     Cut cut = cut_into_patches(model_.sets, edges_, island_, threads_, bounds_);
     renumber(model_, cut.order);
@@ -188,12 +189,12 @@ class Builder {
 
   int threads_;
   PatchBounds bounds_;
-  const Torn* torn_;
+  const TearState* torn_;
   Model model_;
   std::vector<Body> bodies_;
   std::vector<int> solver_of_;
-  std::vector<int> island_;  // of each particle, before they are cut into patches and after
-  std::vector<Edge> edges_;  // of all bodies, before
+  std::vector<int> island_;  // component of each particle; the cut into patches does not change it
+  std::vector<Edge> edges_;  // of all bodies, in the order before the cut
 };
 
 }  // namespace
@@ -203,7 +204,7 @@ Model build_model(const Scene& scene, int threads, const PatchBounds& bounds) {
   return Builder(scene, threads, bounds).build();
 }
 
-Model build_torn_model(const Scene& scene, const Torn& torn, int threads, const PatchBounds& bounds) {
+Model build_torn_model(const Scene& scene, const TearState& torn, int threads, const PatchBounds& bounds) {
   return Builder(scene, threads, bounds, &torn).build();
 }
 

@@ -27,10 +27,10 @@ class Levels {
       const auto lay_out = [&](const auto& finer, TransferOperator* down) {
         const std::vector<Patch> patches = finer.patches();
         const std::vector<Segment> segments = finer.segments();
-        const auto goals = fused || l > 0 ? goals_of_visits(patches, segments) : goals_in_order(levels[l].down, kPiece);
-        const MeanPlan plan = plan_means(levels[l].down, goals);
+        const auto goals = fused || l > 0 ? goals_of_visits(patches, segments) : goals_in_order(levels[l].prolongation, kPiece);
+        const MeanPlan plan = plan_means(levels[l].prolongation, goals);
         *down = TransferOperator(plan);
-        levels_.emplace_back(executor, levels[l], plan_parts(levels[l].up, patches, segments), plan.in_columns(),
+        levels_.emplace_back(executor, levels[l], plan_parts(levels[l].restriction, patches, segments), plan.in_columns(),
                              threads);
       };
       if (l == 0)
@@ -39,7 +39,7 @@ class Levels {
         lay_out(levels_[l - 1].sweep, &levels_[l - 1].down);
     }
     if (fused && interactive)
-      before_ = TransferOperator(plan_means(levels.front().down, goals_in_order(levels.front().down, kPiece)));
+      before_ = TransferOperator(plan_means(levels.front().prolongation, goals_in_order(levels.front().prolongation, kPiece)));
   }
 
   /// What a finest visit that predicts adds.
@@ -207,7 +207,7 @@ class Levels {
   }
 
   static RestrictionTarget<R> up(const LevelData& level) {
-    return {level.up.view(), level.place.data(), level.x.points(), level.arrival.points(), {}};
+    return {level.restriction.view(), level.place.data(), level.x.points(), level.arrival.points(), {}};
   }
 
   template <class Team, class Finer>

@@ -60,7 +60,7 @@ class Cutter {
       held += piece_.sets[s].in_runs;
       all += owned_[s].begin[patch_ + 1] - owned_[s].begin[patch_];
     }
-    if (layout.slots + spares_a_pack() <= kMostSlots && worth_runs(held, all)) {
+    if (layout.slots + spares_a_pack() <= kMostSlots && should_use_runs(held, all)) {
       piece_.patch.columns = true;
       piece_.patch.slots = layout.slots + spares_a_pack();
       return true;

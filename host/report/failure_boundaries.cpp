@@ -57,7 +57,7 @@ std::vector<bool> long_ways(const Model& model, const std::vector<int>& body) {
   std::vector<double> w = model.w;
   for (const MovedPins& pins : model.moved)
     for (const int i : pins.particles) w[i] = 0;
-  const Linkage linkage = linkage_of(model, w);
+  const CoarseningGraph linkage = coarsening_graph(model, w);
   std::vector<bool> result(model.scene.bodies.size(), false);
   for (int i = 0; i < model.count(); ++i)
     if (should_use_levels(linkage.parts[linkage.part[model.user_index[i]]], solver)) result[body[i]] = true;
@@ -101,7 +101,7 @@ Sag worst_sag(const Model& model) {
   if (solver.type != "pbd" || gravity(model) == 0) return worst;
   std::vector<Hung> hung(model.scene.bodies.size());
   const std::vector<int> body = bodies_of(model);
-  const std::vector<bool> pinned = held_at_start(model, true);
+  const std::vector<bool> pinned = fixed_at_start(model, true);
   for (std::size_t i = 0; i < body.size(); ++i)
     if (!pinned[i]) hung[body[i]].mass += 1 / model.w[i];
   for (const ConstraintSet& set : model.sets) {
@@ -156,7 +156,7 @@ Give most_given(const Model& model) {
 
 double free_stiffness(const Model& model) {
   const std::vector<int> body = bodies_of(model);
-  const std::vector<bool> pinned = held_at_start(model, true);
+  const std::vector<bool> pinned = fixed_at_start(model, true);
   std::vector<bool> held(model.scene.bodies.size());
   for (std::size_t i = 0; i < body.size(); ++i)
     if (pinned[i]) held[body[i]] = true;
@@ -170,7 +170,7 @@ double free_stiffness(const Model& model) {
 }
 
 double pinned_fall(const Model& model) {
-  const std::vector<bool> pinned = held_at_start(model, true);
+  const std::vector<bool> pinned = fixed_at_start(model, true);
   double shortest = std::numeric_limits<double>::infinity();
   for (const SpringSet& set : model.springs)
     for (std::size_t s = 0; s < set.ends.size(); ++s)
@@ -187,7 +187,7 @@ Swing most_damped_swing(const Model& model) {
   Swing worst;
   if (gravity(model) == 0 || model.springs.empty()) return worst;
   const std::vector<int> body = bodies_of(model);
-  const std::vector<bool> pinned = held_at_start(model, true);
+  const std::vector<bool> pinned = fixed_at_start(model, true);
   const std::vector<double> away = distances_from(pinned, model.springs);
   std::vector<Hung> hung(model.scene.bodies.size());
   for (std::size_t i = 0; i < body.size(); ++i) {

@@ -49,7 +49,7 @@ std::vector<Line> held_lines(const Mesh& mesh, const std::vector<bool>& held) {
   for (std::size_t f = 0; f < mesh.faces.size(); ++f)
     face_of.insert(face_of.end(), is_triangle(mesh.faces[f]) ? 3 : 4, static_cast<int>(f));
   std::vector<Line> lines;
-  const auto sides = sorted_sides(mesh.points.size(), [&](auto add) { visit_face_sides(mesh.faces, add); });
+  const auto sides = sorted_sides(mesh.points.size(), [&](auto add) { for_each_face_side(mesh.faces, add); });
   for_each_edge(sides, [&](auto first, auto last) {
     if (last - first != 2 || !held[first->low] || !held[first->high]) return;
     for (int k = 0; k < 2; ++k) {
@@ -84,7 +84,7 @@ HangingFold sharpest_fold(const Model& model) {
   for (std::size_t b = 0; b < model.scene.bodies.size(); ++b) {
     const Bends bends = bends_of(model.scene.bodies[b]);
     if (!(bends.rigidity + bends.per_hinge > 0)) continue;
-    if (number.empty()) number = solver_of(model.user_index), held_there = held_at_start(model, true);
+    if (number.empty()) number = solver_of(model.user_index), held_there = fixed_at_start(model, true);
     const Mesh mesh = body_mesh(model.render_mesh, b);
     const int first = model.render_mesh.body_begin[b], count = static_cast<int>(mesh.points.size());
     std::vector<bool> held(count);
@@ -94,7 +94,7 @@ HangingFold sharpest_fold(const Model& model) {
 
     // What moves together, its weight, and the length along which it is held.
     std::vector<Edge> links;
-    visit_face_sides(mesh.faces, [&](int from, int to) {
+    for_each_face_side(mesh.faces, [&](int from, int to) {
       if (!held[from] && !held[to]) links.push_back({from, to});
     });
     int parts = 0;

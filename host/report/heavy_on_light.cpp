@@ -72,7 +72,7 @@ std::vector<Placed> placed(const Model& model, double gravity) {
   const Scene& scene = model.scene;
   const Axes axes = axes_of(scene.gravity);
   const std::vector<int> body = bodies_of(model);
-  const std::vector<bool> held = held_at_start(model, true);
+  const std::vector<bool> held = fixed_at_start(model, true);
   std::vector<Placed> all(scene.bodies.size());
   for (std::size_t i = 0; i < body.size(); ++i) {
     Placed& of = all[body[i]];

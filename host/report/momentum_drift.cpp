@@ -22,7 +22,7 @@ bool gives_back(const SolverSpec& solver) {
 
 bool may_change(const Scene& scene, const BodySpec& body) {
   return gives_back(scene.solver) || scene.wind || scene.sleep || scene.self_collision || !scene.environment.empty() ||
-         tears(scene) || !body.pins.empty() || !body.attachments.empty();
+         can_tear(scene) || !body.pins.empty() || !body.attachments.empty();
 }
 
 Turning turning_of(const std::vector<Vec3>& x, const std::vector<Vec3>& v, const std::vector<double>& m, int begin,

@@ -96,7 +96,7 @@ std::vector<PassOfAStep> passes_of_a_step(const Model& model, const SolverStats&
         {"self-collision", 9 * substeps + 2 * iterations, ", and more where pairs are near or are searched for", true});
   if (facts.edges) all.push_back({"edges", 10 * substeps, ", and more where pairs are near", true});
   line("state", (facts.fused ? 0 : substeps) + (bounces ? substeps : 0));  // what bounced arrives
-  line("tearing", tears(model.scene) ? 1 : 0);
+  line("tearing", can_tear(model.scene) ? 1 : 0);
   line("sleep", model.scene.sleep ? 1 : 0);  // asleep, a step is none of all these
   if (facts.contact_free_steps)
     all.push_back({"while nothing comes near the environment", 2 * obstacles + 1 + visits,

@@ -20,7 +20,7 @@ double shortest_edge(const RenderMesh& render_mesh) {
     const double length = distance(render_mesh.points[a], render_mesh.points[b]);
     if (length > 0) shortest = std::min(shortest, length);
   };
-  visit_face_sides(render_mesh.faces, side);
+  for_each_face_side(render_mesh.faces, side);
   for (const auto& [a, b] : render_mesh.lines) side(a, b);
   return shortest;
 }

@@ -68,7 +68,7 @@ struct Simulation::Parts {
   /// What its checkpoints are for. Gravity and wind are not in them, so that those of the start count.
   std::uint64_t hash_of_scene_now() {
     if (!pins_at_start) return hash_of_scene();
-    const std::vector<int> now = still_pins(model);
+    const std::vector<int> now = static_pins(model);
     return now == *pins_at_start ? hash_of_scene() : hash_bytes(now.data(), now.size() * sizeof(int), hash_of_scene());
   }
 
@@ -119,7 +119,7 @@ struct Simulation::Parts {
   /// are passes would carry them off.
   void place(std::int64_t steps, const std::vector<Vec3>& x, std::vector<Vec3> v) {
     const double time = static_cast<double>(steps) * model.scene.solver.dt;
-    const std::vector<bool> pinned = pinned_now(model, time), driven = on_keyframes(model);
+    const std::vector<bool> pinned = pinned_now(model, time), driven = has_keyframes(model);
     const std::vector<Vec3> now = solver->velocities();
     for (std::size_t i = 0; i < v.size(); ++i)
       if (pinned[i]) v[i] = driven[i] ? now[i] : Vec3{0, 0, 0};
@@ -178,8 +178,8 @@ struct Simulation::Parts {
 
   /// What the next step depends on: the tears, where there can be any, and the solver's state.
   std::string save() const {
-    if (!malha::tears(model.scene)) return solver->save();
-    const std::vector<int> numbers = numbers_of(splits);
+    if (!can_tear(model.scene)) return solver->save();
+    const std::vector<int> numbers = encode_splits(splits);
     const std::uint64_t count = numbers.size();
     std::string bytes(reinterpret_cast<const char*>(&count), sizeof count);
     if (count > 0) bytes.append(reinterpret_cast<const char*>(numbers.data()), count * sizeof(int));
@@ -187,7 +187,7 @@ struct Simulation::Parts {
   }
   /// `file`: what a refusal names. After one everything is as it was.
   void restore(const std::string& bytes, const std::string& file) {
-    if (!malha::tears(model.scene)) return solver->restore(bytes, file);
+    if (!can_tear(model.scene)) return solver->restore(bytes, file);
     std::uint64_t count = 0;
     if (bytes.size() < sizeof count) refuse(file, "state", counted(bytes.size(), "byte"), "a number of tears at least");
     std::memcpy(&count, bytes.data(), sizeof count);
@@ -196,21 +196,21 @@ struct Simulation::Parts {
     std::vector<int> numbers(count);
     if (count > 0) std::memcpy(numbers.data(), bytes.data() + sizeof count, count * sizeof(int));
     const std::string state = bytes.substr(sizeof count + count * sizeof(int));
-    if (numbers == numbers_of(splits)) return solver->restore(state, file);
-    std::vector<Split> all = splits_of(numbers, model.scene, whole, file), before = splits;
+    if (numbers == encode_splits(splits)) return solver->restore(state, file);
+    std::vector<Split> all = decode_splits(numbers, model.scene, whole, file), before = splits;
     const std::string there = solver->save();
     const std::vector<ParticleHandle> taken = solver->taken();
-    lay_out_anew(std::move(all));
+    rebuild(std::move(all));
     try {
       solver->restore(state, file);
     } catch (const InputError&) {
-      lay_out_anew(std::move(before));
+      rebuild(std::move(before));
       solver->restore(there);
       for (const ParticleHandle& one : taken) solver->take(one);
       throw;
     }
   }
-  void lay_out_anew(std::vector<Split> all) {
+  void rebuild(std::vector<Split> all) {
     Model next = torn(all);
     lay_out(std::move(all), std::move(next));
   }
@@ -236,7 +236,7 @@ Simulation::Simulation(const Scene& scene, const SimulationOptions& options) : p
   });
   doing(scene.environment.empty() ? "colouring and laying out" : "colouring and laying out, building trees");
   parts_->times.solver_seconds = seconds([&] { parts_->make_solver_of_model(); });
-  if (malha::tears(scene)) parts_->whole = parts_->model.render_mesh, parts_->hash_of_scene();
+  if (can_tear(scene)) parts_->whole = parts_->model.render_mesh, parts_->hash_of_scene();
 }
 Simulation::Simulation(Simulation&&) noexcept = default;
 Simulation& Simulation::operator=(Simulation&&) noexcept = default;
@@ -290,7 +290,7 @@ void Simulation::set_gravity(const Vec3& gravity) {
   if (!parts_->solver->facts().levels.empty()) {
     Scene scene = parts_->model.scene;
     scene.gravity = gravity;
-    return lay_out_anew(scene);
+    return rebuild(scene);
   }
   parts_->model.scene.gravity = gravity;
   parts_->solver->change_gravity();
@@ -305,7 +305,7 @@ void Simulation::set_wind(const Vec3& velocity) {
   parts_->solver->change_wind();
 }
 
-std::vector<int> Simulation::pins() const { return still_pins(parts_->model); }
+std::vector<int> Simulation::pins() const { return static_pins(parts_->model); }
 void Simulation::set_pins(std::vector<int> particles) {
   std::sort(particles.begin(), particles.end());
   particles.erase(std::unique(particles.begin(), particles.end()), particles.end());
@@ -316,13 +316,13 @@ void Simulation::set_pins(std::vector<int> particles) {
   const Scene scene = with_pins(parts_->model, particles);
   parts_->hash_of_scene();
   if (!parts_->pins_at_start) parts_->pins_at_start = before;
-  lay_out_anew(scene, particles);
+  rebuild(scene, particles);
 }
 
-void Simulation::lay_out_anew(const Scene& scene, const std::optional<std::vector<int>>& pins) {
+void Simulation::rebuild(const Scene& scene, const std::optional<std::vector<int>>& pins) {
   Simulation next(scene, parts_->options);
   Parts& parts = *next.parts_;
-  if (!parts_->splits.empty()) parts.lay_out_anew(parts_->splits);
+  if (!parts_->splits.empty()) parts.rebuild(parts_->splits);
   if (pins && next.pins() != *pins)
     refuse("pins", "", "a particle left out that a rigid attachment holds", "all those that attachments hold");
   parts.place(steps(), positions(), velocities());
@@ -408,7 +408,7 @@ std::int64_t Simulation::load_checkpoint(const std::string& path) {
 }
 
 void Simulation::transfer_state_from(const Simulation& before) {
-  if (malha::tears(model().scene) && !before.parts_->splits.empty()) parts_->lay_out_anew(before.parts_->splits);
+  if (can_tear(model().scene) && !before.parts_->splits.empty()) parts_->rebuild(before.parts_->splits);
   const RenderMesh &now = model().render_mesh, &then = before.model().render_mesh;
   std::vector<Vec3> x = positions(), v = velocities();
   const std::vector<Vec3> x_then = before.positions(), v_then = before.velocities();

@@ -18,7 +18,7 @@ bool is_sound(const MeshDataShape& shape) {
     return std::all_of(corners.begin(), corners.end(), [](int i) { return i >= 0; });
   };
   const auto is_face = [&](const Quad& face) { return face[0] >= 0 && face[1] >= 0 && face[2] >= 0 && face[3] >= -1; };
-  return !shape.points.empty() && shape.points.size() <= static_cast<std::size_t>(most_particles) &&
+  return !shape.points.empty() && shape.points.size() <= static_cast<std::size_t>(max_particles) &&
          std::all_of(shape.points.begin(), shape.points.end(), are_numbers) &&
          std::all_of(shape.faces.begin(), shape.faces.end(), is_face) &&
          std::all_of(shape.lines.begin(), shape.lines.end(), are_vertices) &&

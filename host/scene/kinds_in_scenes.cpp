@@ -7,10 +7,10 @@
 
 namespace malha {
 
-const std::vector<KindInScenes>& constraint_kinds() {
-  static const std::vector<KindInScenes> kinds = [] {
+const std::vector<ConstraintSchema>& constraint_kinds() {
+  static const std::vector<ConstraintSchema> kinds = [] {
     constexpr double infinite = std::numeric_limits<double>::infinity();
-    std::vector<KindInScenes> all;
+    std::vector<ConstraintSchema> all;
     for_each_constraint([&all]<class Kind>(Kind) {
       const Parameter& p = Kind::parameter;
       const Strength& s = Kind::strength;

@@ -6,7 +6,7 @@
 
 namespace malha {
 
-struct KindInScenes {
+struct ConstraintSchema {
   std::string name;          // the "type" in a scene
   std::string parameter;     // the key of the kind's own number
   double parameter_default;  // where the scene does not say
@@ -20,6 +20,6 @@ struct KindInScenes {
 };
 
 /// Every kind that a body may name, in the order in which messages list them.
-const std::vector<KindInScenes>& constraint_kinds();
+const std::vector<ConstraintSchema>& constraint_kinds();
 
 }  // namespace malha

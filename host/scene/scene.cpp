@@ -131,8 +131,8 @@ Scene parse_scene(const std::string& text, const std::string& file, const std::s
         {"outputs", [&](const JsonReader& v) { scene.outputs = read_outputs(v); }},
         {"expect", [&](const JsonReader& v) { scene.expect = read_expect(v, known); }},
     });
-    if (scene.duration / scene.solver.dt > most_steps) {
-      root.at("duration").refuse_value("at most " + std::to_string(most_steps) + " steps of /solver/dt");
+    if (scene.duration / scene.solver.dt > max_steps) {
+      root.at("duration").refuse_value("at most " + std::to_string(max_steps) + " steps of /solver/dt");
     }
   });
   faults.throw_all();

@@ -9,11 +9,11 @@ namespace malha {
 
 ConstraintSpec read_constraint(const JsonReader& at) {
   std::vector<std::string> names;
-  for (const KindInScenes& kind : constraint_kinds()) names.push_back(kind.name);
+  for (const ConstraintSchema& kind : constraint_kinds()) names.push_back(kind.name);
   ConstraintSpec spec;
   spec.type = at.at("type").word("constraint", names);
   const auto kind = std::find_if(constraint_kinds().begin(), constraint_kinds().end(),
-                                 [&](const KindInScenes& k) { return k.name == spec.type; });
+                                 [&](const ConstraintSchema& k) { return k.name == spec.type; });
   spec.parameter = kind->parameter_default;
   const Interval range = std::isfinite(kind->parameter_max) ? between(kind->parameter_min, kind->parameter_max, "")
                          : kind->min_included               ? at_least(kind->parameter_min, "")

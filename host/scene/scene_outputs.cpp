@@ -22,14 +22,14 @@ OutputSpec read_outputs(const JsonReader& at) {
   OutputSpec outputs;
   const auto read_frames = [&](const JsonReader& frames) {
     frames.object({
-        {"every", [&](const JsonReader& v) { outputs.every = v.integer(0, most_steps); }, true},
+        {"every", [&](const JsonReader& v) { outputs.every = v.integer(0, max_steps); }, true},
         {"formats", [&](const JsonReader& v) { outputs.formats = v.words("format", kFrameFormats); }, true},
     });
   };
   const auto read_pictures = [&](const JsonReader& pictures) {
     PictureSpec picture;
     pictures.object({
-        {"every", [&](const JsonReader& v) { outputs.picture_every = v.integer(0, most_steps); }},
+        {"every", [&](const JsonReader& v) { outputs.picture_every = v.integer(0, max_steps); }},
         {"size", [&](const JsonReader& v) { picture.size = v.integers<2>(1, widest_picture); }},
         {"camera", [&](const JsonReader& v) { picture.camera = read_camera(v); }},
     });
@@ -44,7 +44,7 @@ OutputSpec read_outputs(const JsonReader& at) {
       {"frames", read_frames},
       {"pictures", read_pictures},
       {"page", read_page},
-      {"checkpoint_every", [&](const JsonReader& v) { outputs.checkpoint_every = v.integer(0, most_steps); }},
+      {"checkpoint_every", [&](const JsonReader& v) { outputs.checkpoint_every = v.integer(0, max_steps); }},
   });
   return outputs;
 }
@@ -85,7 +85,7 @@ Expect read_expect(const JsonReader& at, const std::vector<std::string>& bodies)
   };
   const auto counts = [](Range& to) {
     return [&to](const JsonReader& v) {
-      to = read_allowed(v, "an integer >= 0", [](const JsonReader& one) { return one.integer(0, most_steps); });
+      to = read_allowed(v, "an integer >= 0", [](const JsonReader& one) { return one.integer(0, max_steps); });
     };
   };
   const auto read_bodies = [&](const JsonReader& v) {

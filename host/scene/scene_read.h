@@ -33,7 +33,7 @@ OutputSpec read_outputs(const JsonReader& at);
 /// `bodies`: the names of those that the scene has; none: not known.
 Expect read_expect(const JsonReader& at, const std::vector<std::string>& bodies);
 
-constexpr double most_particles = 2e7;  // of one shape that the scene makes or lists
-constexpr int most_steps = 1000000000;  // the largest "every n steps"
+constexpr double max_particles = 2e7;  // of one shape that the scene makes or lists
+constexpr int max_steps = 1000000000;  // the largest "every n steps"
 
 }  // namespace malha

@@ -12,7 +12,7 @@ constexpr int most_cells = 100000;     // along one direction
 constexpr int most_subdivisions = 10;  // 10,485,762 points
 
 void refuse_too_many(const JsonReader& at, double particles) {
-  if (particles <= most_particles) return;
+  if (particles <= max_particles) return;
   std::string counts;
   const JsonValue& value = at.value();
   for (const JsonValue& item : value.items) counts += (counts.empty() ? "" : ", ") + describe(item);
@@ -128,7 +128,7 @@ Shape read_listed(const JsonReader& at) {
        [&](const JsonReader& v) {
          for (const JsonReader& point : v.list()) listed.points.push_back(point.vec3(any("m")));
          if (listed.points.empty()) v.refuse("a list of 0", "a list of points (m)");
-         if (listed.points.size() > most_particles)
+         if (listed.points.size() > max_particles)
            v.refuse(std::to_string(listed.points.size()) + " points", "at most 20000000");
        },
        true},

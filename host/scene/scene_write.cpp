@@ -100,7 +100,7 @@ Json write(const Transform& t) {
 Json write(const ConstraintSpec& c) {
   Json json{{"type", c.type}};
   bool free = false;
-  for (const KindInScenes& kind : constraint_kinds()) {
+  for (const ConstraintSchema& kind : constraint_kinds()) {
     if (kind.name != c.type) continue;
     if (kind.on_edges) json["elements"] = c.elements;
     json[kind.parameter] = c.parameter;

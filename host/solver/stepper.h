@@ -229,7 +229,7 @@ class TimeStepper : public Solver {
     if (!model.air.particle.empty()) air_.emplace(executor, model.air, *model.scene.wind);
     if (model.scene.sleep) sleeper_.emplace(executor, model);
     if (!model.moved.empty()) moved_.emplace(executor, model), moved_->hold(0, w_.data());
-    if (tears(model.scene)) breakable_.emplace(executor, breakable(model));
+    if (can_tear(model.scene)) breakable_.emplace(executor, tearable_edges(model));
     if (!model.attached.empty()) attachments_.emplace(executor, model);
     if (!model.environment.empty()) facts_.collision_seconds = seconds([&] { collider_.emplace(executor, model); });
     if (names_edges(model.scene)) facts_.collision_seconds += seconds([&] { edges_.emplace(executor, model); });

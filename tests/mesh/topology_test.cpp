@@ -125,9 +125,9 @@ TEST(Hinges, LeaveOutBordersAndCrowdedEdges) {
     EXPECT_EQ(hinges(mesh), (std::vector<std::array<int, 4>>{{0, 1, 2, 3}}));
   }
   mesh.faces.push_back({1, 0, 4, -1});
-  int crowded = 0;
-  EXPECT_TRUE(hinges(mesh, &crowded).empty());
-  EXPECT_EQ(crowded, 1);
+  int non_manifold = 0;
+  EXPECT_TRUE(hinges(mesh, &non_manifold).empty());
+  EXPECT_EQ(non_manifold, 1);
 }
 
 TEST(Components, AreNumberedByTheirLowestParticles) {

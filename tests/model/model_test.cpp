@@ -228,17 +228,17 @@ TEST(ModelRefuses, ParticlesWithoutMass) {
 TEST(ModelRefuses, ConstraintsThatFindNothingToActOn) {
   EXPECT_EQ(
       model_refusal(scene_of({body("dust", LatticeShape{}, {constraint("distance")})})),
-      "test.json: /bodies/0/constraints/0: found a mesh that offers distance nothing to act on; allowed: edges, or "
-      "quads for shear");
+      "test.json: /bodies/0/constraints/0: found a mesh without elements for distance; allowed: edges, or quads for "
+      "shear");
   EXPECT_EQ(
       model_refusal(
           scene_of({body("a", kGrid), body("chain", ChainShape{}, {constraint("distance"), constraint("bending")})})),
-      "test.json: /bodies/1/constraints/1: found a mesh that offers bending nothing to act on; allowed: a mesh with "
+      "test.json: /bodies/1/constraints/1: found a mesh without elements for bending; allowed: a mesh with "
       "neighbouring faces");
   ConstraintSpec shear = constraint("distance_limit");
   shear.elements = {"shear"};
   EXPECT_EQ(model_refusal(scene_of({body("ball", SphereShape{}, {shear})})),
-            "test.json: /bodies/0/constraints/0: found a mesh that offers distance_limit nothing to act on; allowed: "
+            "test.json: /bodies/0/constraints/0: found a mesh without elements for distance_limit; allowed: "
             "edges, or quads for shear");
 }
 

@@ -117,26 +117,26 @@ TEST(Levels, MembranesHangAsLongAsAtEquilibriumOnAnyMesh) {
 }
 
 /// Links of one body, and its parts.
-Linkage linkage_of_body(const BodySpec& body, const Vec3& gravity = kEarth) {
+CoarseningGraph linkage_of_body(const BodySpec& body, const Vec3& gravity = kEarth) {
   const Model model = build_model(scene_of({body}, gravity, 1.0 / 60, 10));
-  return linkage_of(model, model.w);
+  return coarsening_graph(model, model.w);
 }
 
-TEST(Linkage, OfAChainGivesWayByTheWeightBelow) {
+TEST(CoarseningGraph, OfAChainGivesWayByTheWeightBelow) {
   BodySpec chain = hung_chain({0, 0, 0}, {0, -3, 0}, 3, 0.5);
   chain.constraints = {compliant("distance", 0.001, {"edges"})};
-  const Linkage linkage = linkage_of_body(chain);
+  const CoarseningGraph linkage = linkage_of_body(chain);
   // Forces in its three links of 1 m: the weights below them.
   const double m = 2.0 / 6, forces[] = {5 * m * kG, 3 * m * kG, m * kG};
   const double expected[] = {forces[0], (forces[0] + forces[1]) / 2, (forces[1] + forces[2]) / 2, forces[2] / 2};
-  ASSERT_EQ(linkage.give.size(), 4u);
+  ASSERT_EQ(linkage.stretch.size(), 4u);
   for (int i = 0; i < 4; ++i) {
-    EXPECT_NEAR(dot(linkage.give[i], linkage.give[i]), 0.001 * expected[i], 1e-9) << i;
-    EXPECT_NEAR(std::abs(linkage.give[i].y), norm(linkage.give[i]), 1e-9) << i;
+    EXPECT_NEAR(dot(linkage.stretch[i], linkage.stretch[i]), 0.001 * expected[i], 1e-9) << i;
+    EXPECT_NEAR(std::abs(linkage.stretch[i].y), norm(linkage.stretch[i]), 1e-9) << i;
   }
 }
 
-TEST(Linkage, LeavesOutWhatIsMuchSofter) {
+TEST(CoarseningGraph, LeavesOutWhatIsMuchSofter) {
   BodySpec sheet;
   sheet.name = "sheet";
   sheet.shape = GridShape{{1, 1}, {8, 8}};
@@ -148,31 +148,31 @@ TEST(Linkage, LeavesOutWhatIsMuchSofter) {
   EXPECT_EQ(linkage_of_body(sheet).links.size(), edges + shear);
   sheet.constraints[0] = stiff("distance", {"edges"});
   EXPECT_EQ(linkage_of_body(sheet).links.size(), edges);
-  EXPECT_TRUE(linkage_of_body(sheet).give.empty());
+  EXPECT_TRUE(linkage_of_body(sheet).stretch.empty());
 }
 
 /// Solids, elastic bodies that nothing holds or pulls, and, by themselves, such as weight stretches by more than 1 %.
 TEST(Levels, AreNotForSolidsNorForWhatHasNoWeightNorForWhatIsSoft) {
   SolverSpec automatic, asked;
   automatic.levels = kAutoLevels, asked.levels = kMaxLevels;
-  const LinkedPart stiff_part{.particles = 5000, .longest = 70};
+  const GraphComponent stiff_part{.particles = 5000, .max_graph_distance = 70};
   EXPECT_TRUE(should_use_levels(stiff_part, automatic));
-  LinkedPart solid = stiff_part, elastic = stiff_part;
+  GraphComponent solid = stiff_part, elastic = stiff_part;
   solid.solid = true;
   EXPECT_FALSE(should_use_levels(solid, asked));
-  elastic.elastic = true, elastic.stretch = 0.005, elastic.lost = 50;
+  elastic.elastic = true, elastic.stretch = 0.005, elastic.compliance_loss = 50;
   EXPECT_TRUE(should_use_levels(elastic, automatic));
   elastic.stretch = 0.02;
   EXPECT_FALSE(should_use_levels(elastic, automatic));
   EXPECT_TRUE(should_use_levels(elastic, asked));
-  elastic.stretch = 0.005, elastic.lost = 0.5;  // sweeps meet its compliance themselves
+  elastic.stretch = 0.005, elastic.compliance_loss = 0.5;  // sweeps meet its compliance themselves
   EXPECT_FALSE(should_use_levels(elastic, automatic));
-  elastic.lost = 50, elastic.loaded = true;  // what touches it may stretch it too
+  elastic.compliance_loss = 50, elastic.loaded = true;  // what touches it may stretch it too
   EXPECT_FALSE(should_use_levels(elastic, automatic));
   EXPECT_TRUE(should_use_levels(elastic, asked));
   elastic.stretch = 0;
   EXPECT_FALSE(should_use_levels(elastic, asked));
-  LinkedPart soft = stiff_part;
+  GraphComponent soft = stiff_part;
   soft.soft = true;  // by a stiffness below 1: levels would have none of it
   EXPECT_FALSE(should_use_levels(soft, automatic));
 
@@ -321,10 +321,10 @@ TEST(Levels, AreAsLongAsTheSheetIsUnrolled) {
   for (std::size_t l = 0; l < 4; ++l) {
     const Level& level = levels[l];
     std::vector<Vec3> coarse(level.model.x.size());
-    for (int rank = 0; rank < level.up.count(); ++rank) {
+    for (int rank = 0; rank < level.restriction.count(); ++rank) {
       Vec3 mean{};
-      for (int k = level.up.begin[rank]; k < level.up.begin[rank + 1]; ++k)
-        for (int d = 0; d < 3; ++d) mean[d] += level.up.weight[k] * flat[level.up.of[k]][d];
+      for (int k = level.restriction.begin[rank]; k < level.restriction.begin[rank + 1]; ++k)
+        for (int d = 0; d < 3; ++d) mean[d] += level.restriction.weight[k] * flat[level.restriction.of[k]][d];
       coarse[level.particle[rank]] = mean;
     }
     for (const ConstraintSet& set : level.model.sets)
@@ -424,22 +424,22 @@ TEST(Levels, ParticlesFollowThoseAroundThem) {
   const Model model = build_model(scene);
   const Level level = make_levels(model, model.w).front();
   double squares = 0;
-  for (int i = 0; i < level.down.count(); ++i) {
+  for (int i = 0; i < level.prolongation.count(); ++i) {
     if (model.w[i] == 0) {
-      EXPECT_EQ(level.down.begin[i], level.down.begin[i + 1]);  // pins follow nothing
+      EXPECT_EQ(level.prolongation.begin[i], level.prolongation.begin[i + 1]);  // pins follow nothing
       continue;
     }
     Vec3 mean{};
     double sum = 0;
-    for (int k = level.down.begin[i]; k < level.down.begin[i + 1]; ++k) {
-      const Vec3& at = level.model.x[level.particle[level.down.of[k]]];
-      sum += level.down.weight[k];
-      for (int d = 0; d < 3; ++d) mean[d] += level.down.weight[k] * at[d];
+    for (int k = level.prolongation.begin[i]; k < level.prolongation.begin[i + 1]; ++k) {
+      const Vec3& at = level.model.x[level.particle[level.prolongation.of[k]]];
+      sum += level.prolongation.weight[k];
+      for (int d = 0; d < 3; ++d) mean[d] += level.prolongation.weight[k] * at[d];
     }
     EXPECT_NEAR(sum, 1, 1e-12);
-    EXPECT_LE(level.down.begin[i + 1] - level.down.begin[i], 4);
+    EXPECT_LE(level.prolongation.begin[i + 1] - level.prolongation.begin[i], 4);
     const double off = length(mean - model.x[i]);
-    squares += off * off / level.down.count();
+    squares += off * off / level.prolongation.count();
   }
   EXPECT_LT(std::sqrt(squares), 0.25 * 2 / 40);  // a quarter of an edge
 }

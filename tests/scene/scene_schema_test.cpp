@@ -216,7 +216,7 @@ TEST_F(SceneSchema, HasTheConstraintsOfTheRegistry) {
     const Json& properties = option["properties"];
     const std::string name = properties["type"]["const"];
     in_schema.insert(name);
-    for (const KindInScenes& kind : constraint_kinds()) {
+    for (const ConstraintSchema& kind : constraint_kinds()) {
       if (kind.name != name) continue;
       EXPECT_TRUE(properties.contains(kind.parameter)) << name;
       const Json& parameter = resolve(properties[kind.parameter]);
@@ -228,7 +228,7 @@ TEST_F(SceneSchema, HasTheConstraintsOfTheRegistry) {
       }
     }
   }
-  for (const KindInScenes& kind : constraint_kinds()) registered.insert(kind.name);
+  for (const ConstraintSchema& kind : constraint_kinds()) registered.insert(kind.name);
   EXPECT_EQ(in_schema, registered);
 }
 

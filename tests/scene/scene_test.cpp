@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 TEST(ParseScene, GivesEveryKindItsOwnDefaults) {
-  for (const KindInScenes& kind : constraint_kinds()) {
+  for (const ConstraintSchema& kind : constraint_kinds()) {
     Json one{{"type", kind.name}};
     if (!kind.free && !kind.modulus.empty()) one[kind.modulus] = 1;
     const Scene scene = parse_scene(changed_scene("/bodies/2/constraints", Json::array({one}).dump()), "s.json", "");
@@ -36,7 +36,7 @@ TEST(ParseScene, GivesEveryKindItsOwnDefaults) {
 }
 
 TEST(ParseScene, HoldsEveryParameterToTheMinimumOfItsKind) {
-  for (const KindInScenes& kind : constraint_kinds()) {
+  for (const ConstraintSchema& kind : constraint_kinds()) {
     const auto with = [&](double value) {
       Json one{{"type", kind.name}, {kind.parameter, value}};
       if (!kind.free && !kind.modulus.empty()) one[kind.modulus] = 1;

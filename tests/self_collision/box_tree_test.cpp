@@ -49,7 +49,7 @@ TEST(BoxTree, FindsEveryBoxThatASegmentEnters) {
   for (int n = 0; n < 100; ++n) {
     const Vec3 a{random(), random(), random()}, b{random(), random(), n % 4 == 0 ? a[2] : random()};
     std::set<int> named;
-    tree.for_each_on(a, b, [&](int i) { EXPECT_TRUE(named.insert(i).second); });
+    tree.for_each_on_segment(a, b, [&](int i) { EXPECT_TRUE(named.insert(i).second); });
     for (int step = 0; step <= 500; ++step) {
       const double t = step / 500.0;
       for (std::size_t i = 0; i < boxes.size(); i += 7) {
@@ -117,8 +117,8 @@ TEST(PairsAtTheStart, AreEstimatedFromASampleOfThem) {
   const Model model = build_model(sheets_in_one_place(1, 10));
   const PairEstimate pairs = estimate_pairs(self_surface(model), model.x, 10);
   // 3.25 pairs of two triangles are those of a sheet without a rim, which has more particles and edges: here 12 % more.
-  EXPECT_NEAR(pairs.looked_at / (169.0 * 288 + 456.0 * 455 / 2), 1, 0.15);
-  EXPECT_EQ(pairs.looked_at, pairs.near);
+  EXPECT_NEAR(pairs.candidates / (169.0 * 288 + 456.0 * 455 / 2), 1, 0.15);
+  EXPECT_EQ(pairs.candidates, pairs.near);
 }
 
 TEST(PairsAtTheStart, ThatFitNoMemoryAreRefused) {
@@ -131,7 +131,7 @@ TEST(PairsAtTheStart, ThatFitNoMemoryAreRefused) {
     FAIL() << "accepted";
   } catch (const InputError& error) {
     EXPECT_TRUE(has(error.what(), "/self_collision/thickness: found some ")) << error.what();
-    EXPECT_TRUE(has(error.what(), " GiB; allowed: pairs that take no more than the memory that is left"))
+    EXPECT_TRUE(has(error.what(), " GiB; allowed: pairs that fit into the free memory"))
         << error.what();
   }
 }
