@@ -91,7 +91,8 @@ void require_closed(const Mesh& mesh, const std::string& file, const std::string
   const auto two_faces = why + ": every edge with exactly two faces, oriented alike";
   if (mesh.faces.empty()) refuse(file, "", "a mesh without faces", two_faces);
   const auto sides = sorted_sides(mesh.points.size(), [&](auto add) { for_each_face_side(mesh.faces, add); });
-  const Side *open = nullptr, *non_manifold = nullptr, *against = nullptr;  // the first of each kind in the order of faces
+  const Side *open = nullptr, *non_manifold = nullptr,
+             *against = nullptr;  // first edge of each kind in the order of the faces
   int open_edges = 0, crowded_edges = 0, against_edges = 0;
   const auto note = [](const Side*& kept, int& count, const Side& side) {
     if (kept == nullptr || side.number < kept->number) kept = &side;

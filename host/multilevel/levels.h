@@ -207,7 +207,7 @@ class Levels {
   }
 
   static RestrictionTarget<R> up(const LevelData& level) {
-    return {level.restriction.view(), level.place.data(), level.x.points(), level.arrival.points(), {}};
+    return {level.up.view(), level.place.data(), level.x.points(), level.arrival.points(), {}};
   }
 
   template <class Team, class Finer>

@@ -314,7 +314,7 @@ TEST(FileVertices, AreNamedByTheirNumbersInMessages) {
   again.points.push_back(again.points[last]);
   const std::string doubled = said(swinging_file(folder.write("b.obj", obj_of(again)), {corner}));
   EXPECT_TRUE(has(doubled, "vertex " + std::to_string(again.points.size() - 1) +
-                               " (0-based): found the place of vertex " + std::to_string(last) + " again"))
+                               " (0-based): found the position of vertex " + std::to_string(last) + " again"))
       << doubled;
 }
 

@@ -125,7 +125,7 @@ INSTANTIATE_TEST_SUITE_P(
         in_mesh("OnlyVertices", "a.obj", obj_corners,
                 "vertex 0 (0-based): found a vertex of no face, line or tetrahedron", "vertices of faces"),
         in_mesh("DuplicatedVertex", "a.obj", obj_corners + "v 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 4 5\n",
-                "vertex 3 (0-based): found the place of vertex 2 again", "one vertex in one place"),
+                "vertex 3 (0-based): found the position of vertex 2 again", "one vertex for each position"),
         under_pressure("OpenUnderPressure", open_cube, "edge 0-3 (vertices, 0-based): found an open edge",
                        "pressure needs a closed mesh (body 'b')"),
         under_pressure("TurnedFaceUnderPressure", cube_with_a_turned_face,

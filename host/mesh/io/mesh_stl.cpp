@@ -99,7 +99,7 @@ bool is_ascii(std::string_view data) {
 
 Mesh read_stl(const std::string& file, std::string_view data) {
   const std::vector<Vec3> corners = is_ascii(data) ? ascii_corners(file, data) : binary_corners(file, data);
-  const std::vector<int> first = first_at_same_place(corners);
+  const std::vector<int> first = first_at_same_position(corners);
   Mesh mesh;
   std::vector<int> point(corners.size());
   for (std::size_t i = 0; i < corners.size(); ++i) {
