@@ -88,7 +88,7 @@ std::vector<int> components(int particles, const std::vector<Edge>& edges, int& 
 }
 
 void require_closed(const Mesh& mesh, const std::string& file, const std::string& why) {
-  const auto two_faces = why + ": every edge with exactly two faces, oriented alike";
+  const auto two_faces = why + ": every edge with exactly two faces, consistently oriented";
   if (mesh.faces.empty()) refuse(file, "", "a mesh without faces", two_faces);
   const auto sides = sorted_sides(mesh.points.size(), [&](auto add) { for_each_face_side(mesh.faces, add); });
   const Side *open = nullptr, *non_manifold = nullptr,
@@ -114,8 +114,7 @@ void require_closed(const Mesh& mesh, const std::string& file, const std::string
   };
   if (open != nullptr) refuse_edge(*open, open_edges, "an open edge, with one face only");
   if (non_manifold != nullptr) refuse_edge(*non_manifold, crowded_edges, "an edge with more than two faces");
-  if (against != nullptr)
-    refuse_edge(*against, against_edges, "an edge whose two faces are oriented against each other");
+  if (against != nullptr) refuse_edge(*against, against_edges, "an edge whose two faces have opposite orientations");
   const double volume = signed_volume(mesh.points, triangles(mesh));
   if (!(volume > 0)) {
     refuse(file, "", "an enclosed volume of " + shown(volume) + " m^3 (inside out)",

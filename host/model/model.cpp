@@ -41,15 +41,15 @@ class Builder {
     model_.render_mesh.body_begin = model_.render_mesh.face_begin = model_.render_mesh.line_begin = {0};
     ModelSeconds& took = model_.seconds;
     took.load = seconds([&] {
-      Faults faults;
+      ErrorList errors;
       for (std::size_t b = 0; b < scene.bodies.size(); ++b)
-        faults.collect([&] { add_body(make_body(scene, b, mesh_of(b), torn_)); });
+        errors.collect([&] { add_body(make_body(scene, b, mesh_of(b), torn_)); });
       if (torn_)
         model_.environment = *torn_->environment, model_.zero_area_faces = torn_->zero_area_faces;
       else
         for (std::size_t e = 0; e < scene.environment.size(); ++e)
-          faults.collect([&] { model_.environment.push_back(load_environment(scene, e, model_.zero_area_faces)); });
-      faults.throw_all();
+          errors.collect([&] { model_.environment.push_back(load_environment(scene, e, model_.zero_area_faces)); });
+      errors.throw_all();
     });
     if (!torn_) set_default_thickness();
     check_expectations(scene, std::any_of(bodies_.begin(), bodies_.end(),

@@ -27,11 +27,12 @@ class Levels {
       const auto lay_out = [&](const auto& finer, TransferOperator* down) {
         const std::vector<Patch> patches = finer.patches();
         const std::vector<Segment> segments = finer.segments();
-        const auto goals = fused || l > 0 ? goals_of_visits(patches, segments) : goals_in_order(levels[l].prolongation, kPiece);
+        const auto goals =
+            fused || l > 0 ? goals_of_visits(patches, segments) : goals_in_order(levels[l].prolongation, kPiece);
         const MeanPlan plan = plan_means(levels[l].prolongation, goals);
         *down = TransferOperator(plan);
-        levels_.emplace_back(executor, levels[l], plan_parts(levels[l].restriction, patches, segments), plan.in_columns(),
-                             threads);
+        levels_.emplace_back(executor, levels[l], plan_parts(levels[l].restriction, patches, segments),
+                             plan.in_columns(), threads);
       };
       if (l == 0)
         lay_out(finest, &down_);
@@ -39,7 +40,8 @@ class Levels {
         lay_out(levels_[l - 1].sweep, &levels_[l - 1].down);
     }
     if (fused && interactive)
-      before_ = TransferOperator(plan_means(levels.front().prolongation, goals_in_order(levels.front().prolongation, kPiece)));
+      before_ = TransferOperator(
+          plan_means(levels.front().prolongation, goals_in_order(levels.front().prolongation, kPiece)));
   }
 
   /// What a finest visit that predicts adds.

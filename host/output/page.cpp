@@ -214,10 +214,11 @@ void Page::look(double step_ms) {
 void Page::add_mesh() {
   const RenderMesh& render_mesh = simulation_.model().render_mesh;
   std::vector<std::uint32_t> lines;
-  for (const Edge& line : render_mesh.lines) lines.insert(lines.end(), {std::uint32_t(line[0]), std::uint32_t(line[1])});
+  for (const Edge& line : render_mesh.lines)
+    lines.insert(lines.end(), {std::uint32_t(line[0]), std::uint32_t(line[1])});
   Json mesh{{"count", render_mesh.points.size()},  {"start", json_of(packed(render_mesh.points))},
             {"faces", text_of(render_mesh.faces)}, {"face_count", render_mesh.faces.size()},
-            {"lines", text_of(lines, 2)},   {"line_count", render_mesh.lines.size()},
+            {"lines", text_of(lines, 2)},          {"line_count", render_mesh.lines.size()},
             {"body_begin", render_mesh.body_begin}};
   if (const Structure layout = structure(simulation_.model(), simulation_.threads()); layout.patches > 0) {
     mesh["patch"] = text_of(layout.patch), mesh["patches"] = layout.patches;

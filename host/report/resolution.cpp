@@ -59,7 +59,8 @@ bool acts_on_rounded_places(const Scene& scene) { return scene.solver.type != "p
 Resolution resolution(const Model& model, const std::vector<Vec3>& x) {
   const double farthest = farthest_of(x);
   const bool twice = model.scene.solver.precision == Precision::Double;
-  return {farthest, twice ? spacing_at<double>(farthest) : spacing_at<float>(farthest), shortest_edge(model.render_mesh)};
+  return {farthest, twice ? spacing_at<double>(farthest) : spacing_at<float>(farthest),
+          shortest_edge(model.render_mesh)};
 }
 
 std::string coarse_resolution(const Model& model, const std::vector<Vec3>& x) {

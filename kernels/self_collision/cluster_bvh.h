@@ -63,7 +63,7 @@ struct ClusterBvh {
   const int* end[2];
   const unsigned char* wire_edge;  // of each edge: whether no triangle has it
   BoxRows<R> item[kItemKinds], leaf[kItemKinds];
-  BoxRows<R> node;                 // units first, then what lies over each kBranch, up to no more than kBranch
+  BoxRows<R> node;                // units first, then what lies over each kBranch, up to no more than kBranch
   int level[kMaxLevels + 1];      // where each level of nodes begins, by multiples of kBranch
   int nodes[kMaxLevels], levels;  // of each level
 };

@@ -230,11 +230,10 @@ TEST(ModelRefuses, ConstraintsThatFindNothingToActOn) {
       model_refusal(scene_of({body("dust", LatticeShape{}, {constraint("distance")})})),
       "test.json: /bodies/0/constraints/0: found a mesh without elements for distance; allowed: edges, or quads for "
       "shear");
-  EXPECT_EQ(
-      model_refusal(
-          scene_of({body("a", kGrid), body("chain", ChainShape{}, {constraint("distance"), constraint("bending")})})),
-      "test.json: /bodies/1/constraints/1: found a mesh without elements for bending; allowed: a mesh with "
-      "neighbouring faces");
+  EXPECT_EQ(model_refusal(scene_of(
+                {body("a", kGrid), body("chain", ChainShape{}, {constraint("distance"), constraint("bending")})})),
+            "test.json: /bodies/1/constraints/1: found a mesh without elements for bending; allowed: a mesh with "
+            "neighbouring faces");
   ConstraintSpec shear = constraint("distance_limit");
   shear.elements = {"shear"};
   EXPECT_EQ(model_refusal(scene_of({body("ball", SphereShape{}, {shear})})),

@@ -115,7 +115,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadCase{"Unreadable", "/bodies/0/shape", R"({"mesh": "folder.obj"})", "", "",
                 "folder.obj: cannot read: Is a directory", "a readable mesh file"},
         in_mesh("TruncatedPly", "a.ply", cut_ply, "line 3, column 16: found 3 items of element \"vertex\"",
-                "at most 2, for which the rest of the file has room"),
+                "at most 2, as many as the rest of the file can hold"),
         in_mesh("IndexOutOfRange", "a.obj", obj_corners + "f 1 2 4\n", "line 4, column 7: found vertex 4", "1 to 3"),
         in_mesh("NotANumber", "a.off", "OFF\n3 1 0\n0 0 0\n1 nan 0\n0 1 0\n3 0 1 2\n",
                 "line 4, column 3: found \"nan\"", "y, a finite number"),
@@ -129,12 +129,12 @@ INSTANTIATE_TEST_SUITE_P(
         under_pressure("OpenUnderPressure", open_cube, "edge 0-3 (vertices, 0-based): found an open edge",
                        "pressure needs a closed mesh (body 'b')"),
         under_pressure("TurnedFaceUnderPressure", cube_with_a_turned_face,
-                       "edge 0-3 (vertices, 0-based): found an edge whose two faces are oriented against each other",
+                       "edge 0-3 (vertices, 0-based): found an edge whose two faces have opposite orientations",
                        "pressure needs a closed mesh (body 'b')"),
         in_solid("OpenSolid", open_cube, "edge 0-3 (vertices, 0-based): found an open edge",
                  "a solid needs a closed mesh (object 'ball'; for a sheet: \"sides\": \"two_sided\")"),
         in_solid("TurnedFaceInASolid", cube_with_a_turned_face,
-                 "edge 0-3 (vertices, 0-based): found an edge whose two faces are oriented against each other",
+                 "edge 0-3 (vertices, 0-based): found an edge whose two faces have opposite orientations",
                  "a solid needs a closed mesh (object 'ball'; for a sheet: \"sides\": \"two_sided\")")),
     name_of);
 

@@ -64,11 +64,12 @@ INSTANTIATE_TEST_SUITE_P(
         Refusal{"NegativeDrag", "/wind/drag", "-1",
                 "/wind/drag: found -1; allowed: a number >= 0 (N s/m per particle)"},
         Refusal{"WindThatDoesNothing", "/wind", R"({"velocity": [1, 0, 0]})",
-                "/wind: found neither 'drag' nor 'density'; allowed: at least one of them: on particles, on faces"},
+                "/wind: found neither 'drag' nor 'density'; allowed: 'drag' (acts on particles), 'density' (acts on "
+                "faces) or both"},
         Refusal{"NegativeAir", "/wind/density", "-1",
                 "/wind/density: found -1; allowed: a number >= 0 (kg/m^3 of air)"},
         Refusal{"CoefficientWithoutAir", "/wind", R"({"velocity": [1, 0, 0], "drag": 1, "lift_coefficient": 1})",
-                "/wind/lift_coefficient: found a coefficient of faces without 'density'; allowed: both"},
+                "/wind/lift_coefficient: found 'lift_coefficient' without 'density'; allowed: 'density' beside it"},
         Refusal{"NegativeLift", "/wind/lift_coefficient", "-1",
                 "/wind/lift_coefficient: found -1; allowed: a number >= 0"},
         Refusal{"SleepAtNoSpeed", "/sleep/speed", "0", "/sleep/speed: found 0; allowed: a number > 0 (m/s)"},
@@ -84,7 +85,7 @@ INSTANTIATE_TEST_SUITE_P(
         Refusal{"EnvironmentNamedAsABody", "/environment/0/name", "\"sheet\"",
                 "/environment/0/name: found \"sheet\"" + other_name},
         Refusal{"EmptyName", "/bodies/0/name", "\"\"",
-                "/bodies/0/name: found \"\"; allowed: a text of one line, not empty"},
+                "/bodies/0/name: found \"\"; allowed: a non-empty string of one line"},
         Refusal{"NameThatLeavesTheFolder", "/bodies/0/name", "\"../x\"", "/bodies/0/name: found \"../x\"" + file_name},
         Refusal{"NameWithASlash", "/name", "\"a/b\"", "/name: found \"a/b\"" + file_name}),
     name_of_refusal);
@@ -95,12 +96,13 @@ INSTANTIATE_TEST_SUITE_P(
         Refusal{"PinUntilTheStart", "/bodies/1/pins/4/release_time", "0",
                 "/bodies/1/pins/4/release_time: found 0; allowed: a number > 0 (s)"},
         Refusal{"PinThatJumps", "/bodies/1/pins/4/motion/0/translate", "[0, 0, 1]",
-                "/bodies/1/pins/4/motion/0: found a first pose that is not that of the start; allowed: one without "
+                "/bodies/1/pins/4/motion/0: found a first keyframe that moves the particles; allowed: one without "
                 "translate and rotate"},
         Refusal{"PinKeyframesOutOfOrder", "/bodies/1/pins/4/motion/1/time", "0.5",
                 "/bodies/1/pins/4/motion/1/time: found 0.5; allowed: a time after that of the keyframe before it (s)"},
-        Refusal{"PinWithoutAPlace", "/bodies/1/pins/0", R"({"release_time": 1})",
-                "/bodies/1/pins/0: found no key of them; allowed: exactly one of row, box, sphere, nearest, particles"},
+        Refusal{
+            "PinWithoutAPlace", "/bodies/1/pins/0", R"({"release_time": 1})",
+            "/bodies/1/pins/0: found none of these keys; allowed: exactly one of row, box, sphere, nearest, particles"},
         Refusal{"PinUtnil", "/bodies/1/pins/0/relaese_time", "1",
                 "/bodies/1/pins/0/relaese_time: found unknown key 'relaese_time' (did you mean 'release_time'?); "
                 "allowed: row, box, sphere, "
@@ -113,14 +115,13 @@ INSTANTIATE_TEST_SUITE_P(
         Refusal{"AttachmentToTwoThings", "/bodies/1/attachments/0/to/point", "[0, 0, 0]",
                 "/bodies/1/attachments/0/to: found environment, point; allowed: exactly one of environment, point"},
         Refusal{"AttachmentToANumber", "/bodies/1/attachments/0/to/environment", "1",
-                "/bodies/1/attachments/0/to/environment: found 1; allowed: a text of one line, not empty"},
-        Refusal{
-            "AttachmentToAMeshOnAPathOfItsOwn", "/bodies/1/attachments/0/motion", "[]",
-            "/bodies/1/attachments/0/motion: found a motion of what is tied to the environment; allowed: that of the "
-            "environment object itself"},
+                "/bodies/1/attachments/0/to/environment: found 1; allowed: a non-empty string of one line"},
+        Refusal{"AttachmentToAMeshOnAPathOfItsOwn", "/bodies/1/attachments/0/motion", "[]",
+                "/bodies/1/attachments/0/motion: found 'motion' of an attachment to an environment object; allowed: "
+                "the 'motion' of that object"},
         Refusal{"AttachmentThatJumps", "/bodies/1/attachments/2/motion/0/rotate",
                 R"({"axis": [0, 1, 0], "degrees": 1})",
-                "/bodies/1/attachments/2/motion/0: found a first pose that is not that of the start; allowed: one "
+                "/bodies/1/attachments/2/motion/0: found a first keyframe that moves the particles; allowed: one "
                 "without translate and rotate"},
         Refusal{"AttachmentStiffAndCompliant", "/bodies/1/attachments/0/stiffness", "1",
                 "/bodies/1/attachments/0/compliance: found both 'stiffness' and 'compliance'; allowed: one of them"},
@@ -134,10 +135,10 @@ INSTANTIATE_TEST_SUITE_P(
                 "/bodies/1/tear: found no key 'strain'; allowed: an object with the key 'strain'"},
         Refusal{"TearAtRest", "/bodies/1/tear/strain", "0", "/bodies/1/tear/strain: found 0; allowed: a number > 0"},
         Refusal{"TearOfABalloon", "/bodies/0/tear", R"({"strain": 1})",
-                "/bodies/0/tear: found tearing of a body with pressure; allowed: a body without one: it needs a closed "
-                "mesh"},
+                "/bodies/0/tear: found 'tear' of a body with pressure; allowed: a body without pressure, which needs a "
+                "closed mesh"},
         Refusal{"TearOfDust", "/bodies/6/tear", R"({"strain": 1})",
-                "/bodies/6/tear: found tearing of loose particles; allowed: a body with edges"}),
+                "/bodies/6/tear: found 'tear' of loose particles; allowed: a body with edges"}),
     name_of_refusal);
 
 INSTANTIATE_TEST_SUITE_P(
@@ -254,7 +255,7 @@ INSTANTIATE_TEST_SUITE_P(
                 "/bodies/0/shape/shpere: found unknown key 'shpere' (did you mean 'sphere'?); allowed: mesh, grid, "
                 "sphere, box, bar, mesh_data, chain, lattice, tet_box, weld"},
         Refusal{"EmptyPath", "/bodies/0/shape/mesh", "\"\"",
-                "/bodies/0/shape/mesh: found \"\"; allowed: a text of one line, not empty"},
+                "/bodies/0/shape/mesh: found \"\"; allowed: a non-empty string of one line"},
         Refusal{"ZeroCells", "/bodies/1/shape/grid/cells", "[0, 1]",
                 "/bodies/1/shape/grid/cells/0: found 0; allowed: an integer in [1, 100000]"},
         Refusal{"TooManyCells", "/bodies/1/shape/grid/cells", "[100000, 100000]",
@@ -264,8 +265,8 @@ INSTANTIATE_TEST_SUITE_P(
                 "/bodies/3/shape/box/cells: found [100000, 100000, 1], which makes 20000400002 particles; allowed: "
                 "counts that make at most 20000000 particles"},
         Refusal{"TooManyBarCells", "/bodies/4/shape/bar/cells", "100000",
-                "/bodies/4/shape/bar/cells: found 100000; allowed: cells of side width / cells, of which at most "
-                "100000 fit the length"},
+                "/bodies/4/shape/bar/cells: found 100000; allowed: a number of cells for which at most 100000 fit "
+                "along the length"},
         Refusal{"TooManyLooseParticles", "/bodies/6/shape/lattice/count", "[100000, 1000, 1]",
                 "/bodies/6/shape/lattice/count: found [100000, 1000, 1], which makes 100000000 particles; allowed: "
                 "counts that make at most 20000000 particles"},
@@ -304,7 +305,7 @@ INSTANTIATE_TEST_SUITE_P(
             "/environment/1/shape/chain: found unknown key 'chain'; allowed: mesh, grid, sphere, box, bar, mesh_data, "
             "weld"},
         Refusal{"UnknownSides", "/environment/0/sides", "\"twosided\"",
-                "/environment/0/sides: found unknown kind of sides \"twosided\" (did you mean 'two_sided'?); allowed: "
+                "/environment/0/sides: found unknown value of sides \"twosided\" (did you mean 'two_sided'?); allowed: "
                 "solid, one_sided, two_sided"},
         Refusal{"ZeroThickness", "/environment/1/thickness", "0",
                 "/environment/1/thickness: found 0; allowed: a number > 0 (m)"},
@@ -353,7 +354,7 @@ INSTANTIATE_TEST_SUITE_P(
             "/expect/bodies/0/name: found unknown body \"bal\" (did you mean 'ball'?); allowed: from a file, sheet, "
             "ball, crate, beam, rope, shot, jelly, in place"},
         Refusal{"BoxTwice", "/expect/bodies/1", R"({"name": "ball", "bounds": {"min": [0, 0, 0], "max": [1, 1, 1]}})",
-                "/expect/bodies/1/name: found \"ball\"; allowed: every body once"},
+                "/expect/bodies/1/name: found \"ball\"; allowed: each body once"},
         Refusal{"BoxOfNoBody", "/expect/bodies", "[]", "/expect/bodies: found no body; allowed: at least one"},
         Refusal{"VolumesInReverse", "/expect/volume_ratio", "[1, 0.5]",
                 "/expect/volume_ratio/1: found 0.5; allowed: a number not below the first"}),

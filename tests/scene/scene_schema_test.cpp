@@ -175,7 +175,7 @@ TEST_F(SceneSchema, HasTheBoundsOfTheParser) {
       const std::string refusal = scene_refusal(changed_scene(pointer, node[key].dump()));
       EXPECT_EQ(refusal.find("allowed: a number in"), std::string::npos) << refusal;
       EXPECT_EQ(refusal.find("allowed: an integer in"), std::string::npos) << refusal;
-      EXPECT_EQ(refusal.find("of a size between"), std::string::npos) << refusal;
+      EXPECT_EQ(refusal.find("of a magnitude between"), std::string::npos) << refusal;
       ++asked;
     }
   });
@@ -224,7 +224,7 @@ TEST_F(SceneSchema, HasTheConstraintsOfTheRegistry) {
       if (!kind.modulus.empty()) {
         EXPECT_TRUE(properties.contains(kind.modulus)) << name;
         const Json required = option["required"];
-        EXPECT_EQ(std::count(required.begin(), required.end(), kind.modulus), kind.free ? 0 : 1) << name;
+        EXPECT_EQ(std::count(required.begin(), required.end(), kind.modulus), kind.accepts_stiffness ? 0 : 1) << name;
       }
     }
   }

@@ -131,8 +131,7 @@ TEST(PairsAtTheStart, ThatFitNoMemoryAreRefused) {
     FAIL() << "accepted";
   } catch (const InputError& error) {
     EXPECT_TRUE(has(error.what(), "/self_collision/thickness: found some ")) << error.what();
-    EXPECT_TRUE(has(error.what(), " GiB; allowed: pairs that fit into the free memory"))
-        << error.what();
+    EXPECT_TRUE(has(error.what(), " GiB; allowed: pairs that fit into the free memory")) << error.what();
   }
 }
 
