@@ -138,7 +138,7 @@ class Simulation {
   /// bodies, and a body without "tear".
   int cut(const std::vector<Edge>& edges);
 
-  /// Wakes a sleeping scene, for changes that the solver does not see. Does nothing in a scene without "sleep".
+  /// Wakes a sleeping scene, for changes that the solver does not detect. Does nothing in a scene without "sleep".
   void wake();
 
   double time() const;         ///< simulated time, s

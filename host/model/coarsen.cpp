@@ -116,18 +116,18 @@ class Coarsener {
     for (int i = 0; i < n; ++i)
       if (fine_.pinned[i] && state_[i] == State::Unknown) choose_particle(i, true), front.push_back(i);
     for (const int i : front) exclude_neighbours(i, false);
-    std::vector<std::uint8_t> seen(n, 0);
-    for (const int i : front) seen[i] = 1;
+    std::vector<std::uint8_t> visited(n, 0);
+    for (const int i : front) visited[i] = 1;
     for (std::size_t next = 0, start = 0; next < front.size() || start < static_cast<std::size_t>(n);) {
       if (next == front.size()) {
-        if (!seen[start]) seen[start] = 1, front.push_back(static_cast<int>(start));
+        if (!visited[start]) visited[start] = 1, front.push_back(static_cast<int>(start));
         ++start;
         continue;
       }
       const int i = front[next++];
       if (state_[i] == State::Unknown) choose_particle(i, false);
       for_each_neighbour(i, [&](const Neighbour& j) {
-        if (!seen[j.of]) seen[j.of] = 1, front.push_back(j.of);
+        if (!visited[j.of]) visited[j.of] = 1, front.push_back(j.of);
       });
     }
   }

@@ -20,7 +20,7 @@ std::int64_t auto_level_threshold(const SolverSpec& solver, bool elastic) {
 
 int levels_interval(const Model& model) {
   if (model.scene.solver.levels_interval > 0) return model.scene.solver.levels_interval;
-  const auto moves = [](const auto& held) { return !held.target.motion.empty(); };
+  const auto moves = [](const auto& pins) { return !pins.target.motion.empty(); };
   const bool driven = model.scene.wind || std::any_of(model.moved.begin(), model.moved.end(), moves) ||
                       std::any_of(model.attached.begin(), model.attached.end(), moves);
   return driven ? 1 : 2;
@@ -108,12 +108,12 @@ Model build_level_model(const Model& finest, const RestGraph& graph, std::vector
   int islands = 0;
   const std::vector<Edge> all = edges_of(graph.links, graph.nearby);
   const std::vector<int> island = components(n, all, islands);
-  std::vector<Vec3> places;
-  for (const Vector& x : graph.x) places.push_back({x.x, x.y, x.z});
-  order = solver_order(places, island, islands, all);
-  std::vector<int> place(n);
+  std::vector<Vec3> positions;
+  for (const Vector& x : graph.x) positions.push_back({x.x, x.y, x.z});
+  order = solver_order(positions, island, islands, all);
+  std::vector<int> slot(n);
   const auto number = [&] {
-    for (int i = 0; i < n; ++i) place[order[i]] = i;
+    for (int i = 0; i < n; ++i) slot[order[i]] = i;
   };
   number();
   Model level;
@@ -126,12 +126,12 @@ Model build_level_model(const Model& finest, const RestGraph& graph, std::vector
       level.sets.push_back({Coarse::name, 2, finest.sets[l.set].stiffness, {}, 1, {}, {}});
     }
     ConstraintSet& set = level.sets[set_of[l.set]];
-    set.particles.push_back(place[l.a]), set.particles.push_back(place[l.b]);
+    set.particles.push_back(slot[l.a]), set.particles.push_back(slot[l.b]);
     set.rest.push_back(l.length * (1 + strain_along(graph, l)));
   }
   std::vector<Edge> edges;
   std::vector<int> islands_in_order;
-  for (const Edge& e : all) edges.push_back({place[e[0]], place[e[1]]});
+  for (const Edge& e : all) edges.push_back({slot[e[0]], slot[e[1]]});
   for (const int i : order) islands_in_order.push_back(island[i]);
   Cut cut = cut_into_patches(level.sets, edges, islands_in_order, threads, finest.patches.bounds);
   std::vector<int> cut_order, now(n);
@@ -142,7 +142,7 @@ Model build_level_model(const Model& finest, const RestGraph& graph, std::vector
   level.patches = std::move(cut.patches);
   level.user_index = order;
   for (const int i : order) {
-    level.x.push_back(places[i]), level.mass.push_back(graph.mass[i]);
+    level.x.push_back(positions[i]), level.mass.push_back(graph.mass[i]);
     level.w.push_back(graph.pinned[i] ? 0 : 1 / graph.mass[i]);
   }
   return level;
@@ -184,8 +184,8 @@ std::vector<Level> make_levels(const Model& model, const std::vector<double>& w,
   std::vector<int> user, part;
   RestGraph fine = subgraph(std::move(whole), chosen, user);
   for (const int i : user) part.push_back(full.part[i]);
-  // `in_graph` maps the particles of the finer model to those of the finer graph, -1 for none; `place` is its inverse.
-  std::vector<int> inside(model.count(), -1), in_graph(model.count()), place;
+  // `in_graph` maps the particles of the finer model to those of the finer graph, -1 for none; `slot` is the inverse.
+  std::vector<int> inside(model.count(), -1), in_graph(model.count()), slot;
   for (std::size_t i = 0; i < user.size(); ++i) inside[user[i]] = static_cast<int>(i);
   for (int i = 0; i < model.count(); ++i) in_graph[i] = inside[model.user_index[i]];
   const int most = model.scene.solver.levels == kAutoLevels ? kMaxLevels : model.scene.solver.levels;
@@ -194,9 +194,9 @@ std::vector<Level> make_levels(const Model& model, const std::vector<double>& w,
     fine = subgraph(std::move(fine), smooth(fine, part, static_cast<int>(full.parts.size())), kept);
     for (int i = 0; i < fine.count(); ++i) now[kept[i]] = i, part[i] = part[kept[i]];
     if (fine.count() <= kMinParticles) break;
-    place.resize(fine.count());
+    slot.resize(fine.count());
     for (std::size_t i = 0; i < in_graph.size(); ++i)
-      if (in_graph[i] >= 0 && (in_graph[i] = now[in_graph[i]]) >= 0) place[in_graph[i]] = static_cast<int>(i);
+      if (in_graph[i] >= 0 && (in_graph[i] = now[in_graph[i]]) >= 0) slot[in_graph[i]] = static_cast<int>(i);
     Coarsening coarser = coarsen(fine, threads);
     const int n = coarser.graph.count();
     if (n < kMinParticles || n >= kMaxReduction * fine.count() || coarser.graph.links.empty()) break;
@@ -206,9 +206,9 @@ std::vector<Level> make_levels(const Model& model, const std::vector<double>& w,
     std::vector<int> by_rank(n), rank(n), at(n);
     std::iota(by_rank.begin(), by_rank.end(), 0);
     std::sort(by_rank.begin(), by_rank.end(),
-              [&](int a, int b) { return place[coarser.chosen[a]] < place[coarser.chosen[b]]; });
+              [&](int a, int b) { return slot[coarser.chosen[a]] < slot[coarser.chosen[b]]; });
     for (int i = 0; i < n; ++i) rank[by_rank[i]] = i, at[order[i]] = i;
-    level.restriction = reindexed(coarser.restriction, by_rank, place);
+    level.restriction = reindexed(coarser.restriction, by_rank, slot);
     level.prolongation = reindexed(coarser.prolongation, in_graph, rank);
     for (const int i : by_rank) level.particle.push_back(at[i]);
     for (int i = 0; i < n; ++i) part[i] = part[coarser.chosen[i]];

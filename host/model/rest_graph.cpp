@@ -16,19 +16,19 @@ namespace {
 /// The triangles that must be flipped so that neighbours are oriented consistently.
 std::vector<bool> flipped_triangles(const Mesh& mesh, const std::vector<Triangle>& all) {
   const std::vector<int> opposite = opposite_sides(mesh.points.size(), all);
-  std::vector<bool> seen(all.size(), false), flipped(all.size(), false);
+  std::vector<bool> visited(all.size(), false), flipped(all.size(), false);
   std::vector<int> front;
   for (std::size_t start = 0; start < all.size(); ++start) {
-    if (seen[start]) continue;
-    seen[start] = true, front = {static_cast<int>(start)};
+    if (visited[start]) continue;
+    visited[start] = true, front = {static_cast<int>(start)};
     while (!front.empty()) {
       const int t = front.back();
       front.pop_back();
       for (int k = 0; k < 3; ++k) {
         const int other = opposite[3 * t + k];
-        if (other < 0 || seen[other / 3]) continue;
+        if (other < 0 || visited[other / 3]) continue;
         const bool alike = all[t][k] == all[other / 3][other % 3];  // both traverse the edge in the same direction
-        seen[other / 3] = true, flipped[other / 3] = flipped[t] != alike;
+        visited[other / 3] = true, flipped[other / 3] = flipped[t] != alike;
         front.push_back(other / 3);
       }
     }

@@ -24,30 +24,30 @@ namespace {
 /// Adds the simplices of one body in its numbering. Each particle and each edge belongs to the first simplex with it.
 void add_simplices(const Mesh& mesh, SelfSurface& surface) {
   const int particles = static_cast<int>(mesh.points.size());
-  std::vector<Simplex> own;
-  for (const Triangle& t : triangles(mesh)) own.push_back({{t[0], t[1], t[2]}, 1 << 6});
-  surface.triangles += static_cast<int>(own.size());
-  for (const Edge& line : mesh.lines) own.push_back({{line[0], line[1], line[1]}, 0});
+  std::vector<Simplex> simplices;
+  for (const Triangle& t : triangles(mesh)) simplices.push_back({{t[0], t[1], t[2]}, 1 << 6});
+  surface.triangles += static_cast<int>(simplices.size());
+  for (const Edge& line : mesh.lines) simplices.push_back({{line[0], line[1], line[1]}, 0});
   std::vector<bool> has_one(particles, false);
-  for (const Simplex& e : own)
+  for (const Simplex& e : simplices)
     for (const int corner : e.corner) has_one[corner] = true;
   for (int i = 0; i < particles; ++i)
-    if (!has_one[i]) own.push_back({{i, i, i}, 0});
+    if (!has_one[i]) simplices.push_back({{i, i, i}, 0});
 
-  std::vector<bool> taken(particles, false);
-  for (Simplex& e : own)
+  std::vector<bool> owned(particles, false);
+  for (Simplex& e : simplices)
     for (int k = 0; k < 3; ++k)
-      if (const int i = e.corner[k]; !taken[i]) e.has |= 1 << k, taken[i] = true;
+      if (const int i = e.corner[k]; !owned[i]) e.has |= 1 << k, owned[i] = true;
   const auto visit = [&](const auto& add) {
-    for (const Simplex& e : own)
+    for (const Simplex& e : simplices)
       for (int k = 0; k < 3; ++k) add(e.from(k), e.to(k));
   };
   for_each_edge(sorted_sides(mesh.points.size(), visit), [&](auto first, auto /*last*/) {
-    own[first->number / 3].has |= 1 << (3 + first->number % 3);
+    simplices[first->number / 3].has |= 1 << (3 + first->number % 3);
     ++surface.edges;
   });
   surface.particles += particles;
-  surface.simplices.insert(surface.simplices.end(), own.begin(), own.end());
+  surface.simplices.insert(surface.simplices.end(), simplices.begin(), simplices.end());
 }
 
 /// The surface of the bodies with these names, or of all bodies if there are no names.

@@ -52,7 +52,7 @@ class Tearer {
     Split split{body_, vertex, {}, {}};
     std::size_t stay = 0;
     for (const int element : incident_[vertex]) {
-      if (dot(minus(middle(element), x_[vertex]), direction) >= 0)
+      if (dot(minus(centre(element), x_[vertex]), direction) >= 0)
         ++stay;
       else if (element < faces)
         split.faces.push_back(element);
@@ -75,7 +75,7 @@ class Tearer {
         if (corner >= 0) visit(corner);
   }
 
-  Vec3 middle(int element) const {
+  Vec3 centre(int element) const {
     Vec3 sum{0, 0, 0};
     int corners = 0;
     each_corner(element, [&](int i) {

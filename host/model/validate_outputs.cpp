@@ -16,8 +16,9 @@ bool names_edges(const Scene& scene) {
 }
 
 void check_expectations(const Scene& scene, bool tetrahedra) {
-  const auto needs = [&scene](bool asked, bool there, const std::string& key, const std::string& what) {
-    if (asked && !there) refuse(scene.file, "/expect/" + key, "an expectation about " + what, "one where there is any");
+  const auto needs = [&scene](bool expected, bool present, const std::string& key, const std::string& what) {
+    if (expected && !present)
+      refuse(scene.file, "/expect/" + key, "an expectation about " + what, "one where there is any");
   };
   bool distance = false, pressure = false, inside = false;
   for (const BodySpec& body : scene.bodies)
