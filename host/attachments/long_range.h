@@ -14,7 +14,7 @@ class LongRange {
  public:
   LongRange(const Executor& executor, const LongRangeSet& set)
       : executor_(executor), particle_(set.particle), begin_(set.begin), anchor_(set.anchor) {
-    reach_ = Array<Executor, R>(std::vector<R>(set.reach.begin(), set.reach.end()));
+    reach_ = Array<Executor, R>(std::vector<R>(set.max_distance.begin(), set.max_distance.end()));
   }
 
   void project(const Displaced<R>& p, const R* w) const {

@@ -41,7 +41,7 @@ std::int64_t count_through(const Surfaces& one, const Surfaces& other, Edge& fir
   for (const Edge& edge : one.edges) {
     if (!overlap(bounds_of(one.x, edge), all)) continue;
     const Vec3 &p = one.x[edge[0]], &q = one.x[edge[1]];
-    tree.for_each_on(p, q, [&](int f) {
+    tree.for_each_on_segment(p, q, [&](int f) {
       const auto& [a, b, c] = other.faces[f];
       if (!crosses(p, q, other.x[a], other.x[b], other.x[c])) return;
       if (count++ == 0 && first[0] < 0) first = edge;
@@ -53,7 +53,7 @@ std::int64_t count_through(const Surfaces& one, const Surfaces& other, Edge& fir
 /// Calls found(object, body, count, an edge of the body or {-1, -1}) for every object and body that cross.
 template <class Found>
 void for_each_crossing(const Model& model, const std::vector<Vec3>& user, double time, const Found& found) {
-  const RenderMesh& look = model.look;
+  const RenderMesh& render_mesh = model.render_mesh;
   for (std::size_t e = 0; e < model.environment.size(); ++e) {
     const EnvironmentMesh& object = model.environment[e];
     if (!object.spec.edges) continue;
@@ -65,9 +65,9 @@ void for_each_crossing(const Model& model, const std::vector<Vec3>& user, double
     }
     const Surfaces rigid = surfaces_of(object.mesh, places);
     const BoundingBox around = bounds_of(places);
-    for (std::size_t b = 0; b + 1 < look.body_begin.size(); ++b) {
-      const Mesh mesh = body_mesh(look, b);
-      const std::vector<Vec3> x(user.begin() + look.body_begin[b], user.begin() + look.body_begin[b + 1]);
+    for (std::size_t b = 0; b + 1 < render_mesh.body_begin.size(); ++b) {
+      const Mesh mesh = body_mesh(render_mesh, b);
+      const std::vector<Vec3> x(user.begin() + render_mesh.body_begin[b], user.begin() + render_mesh.body_begin[b + 1]);
       if (!overlap(bounds_of(x), around)) continue;
       const Surfaces soft = surfaces_of(mesh, x);
       Edge edge{-1, -1}, unused{-1, -1};
@@ -92,7 +92,7 @@ void refuse_edge_crossings(const Model& model) {
   for_each_crossing(
       model, in_user_order(model.x, model.user_index), 0,
       [&](std::size_t e, std::size_t b, std::int64_t count, const Edge& edge) {
-        const auto name = [&](int i) { return particle_name(model, model.look.body_begin[b] + i); };
+        const auto name = [&](int i) { return particle_name(model, model.render_mesh.body_begin[b] + i); };
         const std::string where = edge[0] < 0
                                       ? "its edges go through body '" + model.scene.bodies[b].name + "'"
                                       : "the edge from " + name(edge[0]) + " to " + name(edge[1]) + " goes through it";

@@ -73,7 +73,7 @@ std::string metres(double value) { return shown(value) + " m"; }
 /// Moves bodies out of solids, or refuses them.
 class InitialOverlaps {
  public:
-  explicit InitialOverlaps(Model& model) : model_(model), held_(held_at_start(model, true)) {
+  explicit InitialOverlaps(Model& model) : model_(model), held_(fixed_at_start(model, true)) {
     for (std::size_t e = 0; e < model.environment.size(); ++e)
       if (model.environment[e].spec.sides == Sides::Solid)
         solids_.emplace_back(device_, model.environment[e]), number_.push_back(e);
@@ -122,8 +122,8 @@ class InitialOverlaps {
     }
     model_.notes.insert(model_.notes.end(), notes.begin(), notes.end());
     if (from.empty()) return;
-    for (const int i : all) model_.look.points[model_.user_index[i]] = model_.x[i];
-    for (Vec3& unused : model_.look.vertices[b].place)
+    for (const int i : all) model_.render_mesh.points[model_.user_index[i]] = model_.x[i];
+    for (Vec3& unused : model_.render_mesh.vertices[b].position)
       for (int k = 0; k < 3; ++k) unused[k] += moved[k];
     model_.notes.push_back("body '" + model_.scene.bodies[b].name + "' started inside '" + from +
                            "' and was moved out of it as it is, by (" + shown(moved[0]) + ", " + shown(moved[1]) +
@@ -245,7 +245,7 @@ class Sheet {
 void note_starts_behind(Model& model) {
   const auto one_sided = [](const EnvironmentMesh& mesh) { return mesh.spec.sides == Sides::OneSided; };
   if (std::none_of(model.environment.begin(), model.environment.end(), one_sided)) return;
-  const std::vector<bool> held = held_at_start(model, false);
+  const std::vector<bool> held = fixed_at_start(model, false);
   const std::vector<int> number = solver_of(model.user_index);
   const Device device;
   for (const EnvironmentMesh& mesh : model.environment) {
@@ -257,7 +257,7 @@ void note_starts_behind(Model& model) {
       const int i = number[user], j = number[other];
       if (!held[i] || !held[j]) sheet.check(i, model.x[i], j, model.x[j]);
     };
-    visit_face_sides(model.look.faces, check);
+    for_each_face_side(model.look.faces, check);
     for (const Edge& line : model.look.lines) check(line[0], line[1]);
     sheet.add_notes(model);
   }

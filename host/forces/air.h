@@ -17,7 +17,7 @@ class Air {
         corners_(of.faces),
         particle_(of.particle),
         begin_(of.begin),
-        around_(of.around),
+        around_(of.incident),
         faces_(of.faces.size()),
         wind_(wind) {}
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A state measured, for reports and expectations.
+// Measures of a state, for reports and expectations.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -8,22 +8,22 @@
 namespace malha {
 
 struct Measures {
-  bool has_strain = false;                   ///< whether there are distance constraints
-  double strain_rms = 0, strain_max = 0;     ///< of |l - l0| / l0 over them
-  std::array<double, 3> momentum{};          ///< kg m/s, movable particles
-  std::array<double, 3> angular_momentum{};  ///< kg m^2/s about the centre of mass
-  double kinetic = 0, potential = 0;         ///< J; gravity's potential is 0 at the origin
-  double elastic = 0;                        ///< J, in constraints and springs with a compliance
+  bool has_strain = false;                   ///< whether the scene has distance constraints
+  double strain_rms = 0, strain_max = 0;     ///< of |l - l0| / l0 over the distance constraints
+  std::array<double, 3> momentum{};          ///< kg m/s, of the movable particles
+  std::array<double, 3> angular_momentum{};  ///< kg m^2/s, about their centre of mass
+  double kinetic = 0, potential = 0;         ///< J; the potential of gravity is 0 at the origin
+  double elastic = 0;                        ///< J, of constraints and springs with a compliance
   double speed_max = 0;                      ///< m/s
-  int contacts = 0;                          ///< that pushed in the last substep
-  int self_contacts = 0;                     ///< of bodies among themselves, that pushed in the last substep
-  int edge_contacts = 0;                     ///< with edges and corners of the environment, in the last substep
-  std::int64_t crossings = 0;                ///< of edges with triangles, of bodies that collide; counted apart
-  double penetration_max = 0;                ///< m below the surface of a solid
-  std::int64_t degenerate = 0;               ///< constraints without a direction, skipped
-  std::vector<double> volume_ratios;         ///< volume / rest volume, a number a body with pressure, tetrahedra
+  int contacts = 0;                          ///< with the environment that pushed in the last substep
+  int self_contacts = 0;                     ///< between and within bodies that pushed in the last substep
+  int edge_contacts = 0;                     ///< with edges and corners of the environment that pushed in it
+  std::int64_t crossings = 0;                ///< edges that cross triangles of colliding bodies, if counted
+  double penetration_max = 0;                ///< m, the largest depth below the surface of a solid
+  std::int64_t degenerate = 0;               ///< projections skipped for lack of a gradient
+  std::vector<double> volume_ratios;         ///< volume / rest volume of each body with pressure or tetrahedra
   bool has_tetrahedra = false;
-  std::int64_t inverted_tetrahedra = 0;  ///< of negative volume
+  std::int64_t inverted_tetrahedra = 0;  ///< tetrahedra of negative volume
   double energy() const { return kinetic + potential + elastic; }
 };
 

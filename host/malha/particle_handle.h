@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// A particle that a hand has taken, between two steps.
+// A particle that the user drags or holds.
 #pragma once
 #include "malha/mesh.h"
 
 namespace malha {
 
+/// What Simulation::pull() or Simulation::hold() does to a particle.
 struct ParticleHandle {
-  int particle;           ///< as in Simulation::positions()
-  Vec3 to;                ///< the point that pulls it, or the place where it is held (m)
-  double compliance = 0;  ///< of the spring to that point, m/N; 0: it is held
+  int particle;           ///< index into Simulation::positions()
+  Vec3 to;                ///< m: the point to which it is pulled, or at which it is held
+  double compliance = 0;  ///< m/N, of the spring to that point; 0: the particle is held there
   bool is_held() const { return compliance == 0; }
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// malha's public interface: a scene is loaded (host/malha/scene.h), simulated step by step, and looked at.
+// Public interface of malha: builds a simulation from a scene (host/malha/scene.h), steps it, and returns its state.
 #pragma once
 #include <cstdint>
 #include <functional>
@@ -17,175 +17,198 @@
 
 namespace malha {
 
-/// Where the kernels run. The results are the same bits on each, and on any number of threads. Cuda: builds that have
-/// it.
+/// The device that runs the kernels. The results have the same bits on all of them and on any number of threads. Cuda
+/// is available in builds with CUDA only.
 enum class Backend { OpenMP, Serial, Cuda };
-inline const std::vector<std::string> kBackends{"openmp", "serial", "cuda"};  ///< their names, in this order
-/// Throws InputError for what is none of them.
+inline const std::vector<std::string> kBackends{"openmp", "serial", "cuda"};  ///< names of the backends, in enum order
+/// Returns the backend of this name. Throws InputError for a name that is not in kBackends.
 Backend backend_named(const std::string& name);
 
 struct SimulationOptions {
-  int threads = 0;  ///< OpenMP: 0 means as many as OpenMP offers (OMP_NUM_THREADS, or the cores), at most
-  bool adaptive_threads =
-      false;  ///< steps run on all threads, or on one while other programs make that faster. So always for 0
+  /// Number of OpenMP threads. 0: as many as OpenMP offers (OMP_NUM_THREADS, or the cores), with `adaptive_threads`.
+  int threads = 0;
+  /// Steps run on all threads, or on one thread while other programs on the machine make that faster.
+  bool adaptive_threads = false;
   Backend backend = Backend::OpenMP;
-  std::string instructions = {};  ///< "": the widest that the CPU has; or "baseline", "avx2", "avx512"
-  std::string machine = "cpu";    ///< what patches are cut for: malha plan --help lists them all. Bits depend on it
-  bool timed_passes = false;      ///< Cuda: times of passes, for which every one of them is waited for; else always
-  bool interactive = false;       ///< allows pull() and hold(). Costs memory where levels or patches keep some
-  std::vector<UserConstraint> constraints = {};  ///< user constraints: slow, and for as long as the simulation lives
-  // Of a set-up that takes long; part in [0, 1], or -1 where what begins does not know how far it is.
+  /// Instruction set: "baseline", "avx2" or "avx512"; "": the widest that the CPU supports.
+  std::string instructions = {};
+  /// Machine whose fast memory bounds the size of the patches; `malha plan --help` lists the names. The bits of the
+  /// results depend on it.
+  std::string machine = "cpu";
+  /// Cuda: measures the time of each pass, for which the host waits at the end of every pass. The other backends always
+  /// measure it.
+  bool timed_passes = false;
+  /// Allows step(after), pull() and hold(). Levels and patches then keep some set-up data in memory.
+  bool interactive = false;
+  /// Constraints of the caller. They are slow, and act as long as the simulation lives.
+  std::vector<UserConstraint> constraints = {};
+  /// Called during a long set-up with what is being done and its progress in [0, 1], or -1 where that is unknown.
   std::function<void(const char* what, double part)> progress = {};
 };
 
-struct Model;     ///< host/model/model.h, for the parts of malha that look closer
+struct Model;     ///< host/model/model.h: the internal model, for other parts of malha
 class Solver;     ///< host/solver/solver.h
 struct RunTimes;  ///< host/report/report.h
 
 class Simulation {
  public:
-  /// Reads the scene's meshes and lays everything out. Throws InputError for what cannot be simulated.
+  /// Reads the meshes of the scene and builds the solver. Throws InputError for a scene that cannot be simulated, and
+  /// OutOfMemory for one that needs more memory than is free.
   explicit Simulation(const Scene& scene, const SimulationOptions& options = {});
   Simulation(Simulation&&) noexcept;
   Simulation& operator=(Simulation&&) noexcept;
   ~Simulation();
 
-  /// Advances by the scene's dt. Throws Diverged when a particle is no longer finite, or when bodies move with over 100
-  /// times the energy that anything gave them: nothing but report() makes sense afterwards. What a constraint of the
-  /// caller's own throws leaves everything as it was before the step.
+  /// Advances by the scene's dt. Throws Diverged when a particle is no longer finite, or when bodies move with more
+  /// than 100 times the energy that was put in; after that only report() and set_positions() are meaningful. If the
+  /// function of a user constraint throws, the state is restored to that before the step, and the exception is passed
+  /// on.
   void step();
 
-  /// A step that can be looked at after each of its substeps: the same bits as step(), not the same speed. A scene that
-  /// sleeps has no substeps. Throws InputError where `interactive` is not set.
+  /// Advances by one step and calls `after` at the end of each substep. The results have the same bits as those of
+  /// step(); the speed differs. A sleeping scene has no substeps. Throws what step() throws, and InputError if
+  /// `interactive` is not set.
   void step(const SubstepCallback& after);
 
-  /// Runs the check for divergence now, which step() runs every 32 steps. Call it before results are used. Throws
+  /// Runs the check for divergence now; step() runs it every 32 steps. Call it before results are used. Throws
   /// Diverged.
   void check_divergence();
 
-  /// Puts a pinned particle elsewhere (m) between two steps; nothing is laid out or factored anew. `particle`: as in
-  /// positions(). Throws InputError for one that is not pinned, or that keyframes move.
+  /// Moves a pinned particle to the point `to` (m) between two steps. Nothing is rebuilt or factored again. `particle`
+  /// is an index into positions(). Throws InputError for a particle that is not pinned or that keyframes move.
   void move_pin(int particle, const Vec3& to);
-  /// The same of several, all of them or none.
+  /// Moves several pinned particles, each to the point of the same index (m). Throws InputError as move_pin() does;
+  /// then no particle has moved.
   void move_pins(const std::vector<int>& particles, const std::vector<Vec3>& to);
 
-  /// Puts all particles elsewhere (m), or gives them other velocities (m/s), between two steps; in the order of
-  /// positions(). Pins stay where they are put, and keep the velocity 0, or that of their keyframes. What contacts and
-  /// sleep remember is forgotten. After Diverged new positions let it go on: velocities that are not finite are then 0.
-  /// Throws InputError for another number of them, and for what is no number or beyond 1e18.
+  /// Replaces the positions (m) or the velocities (m/s) of all particles between two steps; one entry for each
+  /// particle, in the order of positions(). A pin stays where it is put and has the velocity 0, or that of its
+  /// keyframes. Cached contacts and the time at rest are reset. After Diverged, set_positions() makes further steps
+  /// possible: velocities that are not finite become 0. Throws InputError for another number of entries, and for
+  /// numbers that are not finite or beyond 1e18.
   void set_positions(const std::vector<Vec3>& x);
   void set_velocities(const std::vector<Vec3>& v);
 
-  /// Gravity (m/s^2) from now on. Where levels are used, which are laid out for a weight, all is laid out anew.
-  /// Not stored in checkpoints; set it again before resuming.
+  /// Sets gravity (m/s^2) from the next step on. With levels, which depend on the weight, the solver is rebuilt.
+  /// Checkpoints do not contain it: set it again before resuming. Throws InputError for numbers that are not finite or
+  /// beyond 1e18.
   void set_gravity(const Vec3& gravity);
 
-  /// The velocity of the wind (m/s) from now on; checkpoints likewise. Throws InputError for a scene without wind.
+  /// Sets the velocity of the wind (m/s) from the next step on. Checkpoints do not contain it either. Throws InputError
+  /// for a scene without wind, and for numbers that are not finite or beyond 1e18.
   void set_wind(const Vec3& velocity);
 
-  /// The particles that pins hold for good where they are, ascending. Pins on keyframes, and those that are released
-  /// some time, are not among them.
+  /// The particles that are pinned permanently and at rest, as indices into positions(), ascending. Pins with keyframes
+  /// and pins with a release time are not among them.
   std::vector<int> pins() const;
 
-  /// These are the pins from now on. What is released has its mass again, what is new rests where it is. All is laid
-  /// out anew, which takes as long as the set-up did. Pins on keyframes or with a release stay as they are. A
-  /// checkpoint or state goes with the pins that were set when it was made. Throws InputError, and leaves everything as
-  /// it was, for a particle that is not there or that such a pin or a rigid attachment has or had, a body that
-  /// is pinned altogether, and a scene that has torn.
+  /// Replaces the set that pins() returns. A released particle gets its mass back, a new pin rests where it is. The
+  /// solver is rebuilt, which takes as long as the set-up did. Pins with keyframes or a release time are not changed. A
+  /// checkpoint or saved state can only be loaded with the pins that were set when it was made. Throws InputError, and
+  /// leaves the simulation unchanged, for an index out of range, for a particle of a rigid attachment or of a pin with
+  /// keyframes or a release time, for a body all of whose particles would be pinned, and for a scene that has torn.
   void set_pins(std::vector<int> particles);
 
-  /// Drags a particle: from the next step on a spring of this compliance (m/N, 1e-12 to 1e12) pulls it to a point (m).
-  /// Another call changes the point. `particle`: as in positions(), whose numbers tearing may shift: see handles().
-  /// Other bodies keep their bits, except by contact, sleep, and Desbrun's "tolerance".
-  /// Throws InputError for a particle that is not there or that is pinned, and where `interactive` is not set.
+  /// Drags a particle: from the next step on a spring of this compliance (m/N, 1e-12 to 1e12) pulls it to the point
+  /// `to` (m). A further call moves that point. `particle` is an index into positions(); tearing may shift it, see
+  /// handles(). Particles that the dragged one does not affect move with the same bits as without it, except through
+  /// contact, sleep and Desbrun's "tolerance". Throws InputError for an index out of range, a pinned particle, another
+  /// compliance, and if `interactive` is not set.
   void pull(int particle, const Vec3& to, double compliance);
 
-  /// Holds a particle as if it were pinned, where it is, or at a point (m) to which the next step moves it.
-  /// A vertex that is held does not tear. Throws InputError as pull() does, and for solvers that must know beforehand
-  /// what is pinned: Desbrun's method, and one with levels. There a stiff spring is as good.
+  /// Holds a particle: it acts as if it were pinned, where it is, or at the point `to` (m), to which the next step
+  /// moves it. A held vertex does not tear. Throws InputError as pull() does, and for solvers that are built for a
+  /// fixed set of pins: Desbrun's method, and any with levels. There, pull() with a small compliance has nearly the
+  /// same effect.
   void hold(int particle);
   void hold(int particle, const Vec3& to);
 
-  /// Releases a particle that pull() or hold() has: it keeps its velocity. Other particles are not affected.
+  /// Releases a particle that pull() or hold() moves; it keeps its velocity. Does nothing for any other particle.
   void release(int particle);
 
-  /// The handles of pull() and hold(), in the order of the calls. When a vertex tears, the particle that keeps its
-  /// index in positions() keeps the handle.
+  /// The particles that pull() and hold() move now, in the order of the calls. When such a vertex tears, the handle
+  /// stays with the particle that keeps its position in the order of positions(), and has its new index.
   std::vector<ParticleHandle> handles() const;
 
-  /// Cuts bodies that name "tear" along a knife's way. `edges`: those that it crosses, as particles {left, right} of
-  /// the knife. Vertices on one side split as where a mesh tears, so that the two ends of an edge share no face or line
-  /// any more. A vertex with nothing but crossed faces around it stays with them. Places and velocities stay. Returns
-  /// how many vertices were split: each is one more particle, the last of its body. Throws InputError for a particle
-  /// that is not there, an edge from one body to another, and a body without "tear": then nothing has changed.
+  /// Cuts bodies that have "tear" along the path of a knife. `edges` are the edges that it crosses, as particles {left,
+  /// right} of the knife (indices into positions()). The vertices on one side are split as by tearing, so that the two
+  /// ends of each edge no longer share a face or line. A vertex all of whose faces are crossed is not split. Positions
+  /// and velocities do not change. Returns the number of vertices that were split; each adds a particle, the last of
+  /// its body. Throws InputError, and leaves the simulation unchanged, for an index out of range, an edge between two
+  /// bodies, and a body without "tear".
   int cut(const std::vector<Edge>& edges);
 
-  /// Ends the scene's sleep, if it has a "sleep" and sleeps: for what is changed from outside.
+  /// Wakes a sleeping scene, for changes that the solver does not detect. Does nothing in a scene without "sleep".
   void wake();
 
-  double time() const;         ///< s
-  std::int64_t steps() const;  ///< since the start of the scene, across resumed runs
-  int threads() const;
+  double time() const;         ///< simulated time, s
+  std::int64_t steps() const;  ///< number of steps since the start of the scene, including those before a checkpoint
+  int threads() const;         ///< number of threads that the solver uses
 
-  /// All bodies one after the other, in the scene's order and each in its mesh's order; m and m/s.
+  /// Positions (m) and velocities (m/s) of all particles: the bodies in the scene's order, and each body's particles in
+  /// the order of its mesh.
   std::vector<Vec3> positions() const;
   std::vector<Vec3> velocities() const;
 
-  /// Inverse masses, 1/kg, in the same order: 0 for particles that a pin or hold() has now.
+  /// Inverse masses (1/kg) in the order of positions(); 0 for particles that are pinned or held now.
   std::vector<double> inverse_masses() const;
 
-  /// C of each constraint of options.constraints[index] in the present state.
+  /// The values C of the constraints in options.constraints[index] in the present state, one for each constraint.
+  /// Throws std::out_of_range for an index without constraints.
   std::vector<double> constraint_values(std::size_t index) const;
 
-  /// The particle in positions() that each vertex of the mesh of scene.bodies[body] is, by the vertices' numbers in its
-  /// file (from 0, as in pins, messages and frames). -1: nothing uses the vertex; welded ones are one particle. After
-  /// them come the particles that tearing added. Throws std::out_of_range for a body that is not there.
+  /// The index into positions() of each vertex of the mesh of scene.bodies[body], in the numbering of its file (from 0,
+  /// as in pins, messages and frames); -1 for a vertex that no face, line or tetrahedron uses. Welded vertices have the
+  /// same index. The particles that tearing added follow. Throws std::out_of_range for a body that does not exist.
   std::vector<int> particles_of_vertices(std::size_t body) const;
 
-  /// The state at the end of the last step.
+  /// Measures of the state at the end of the last step.
   Measures measure() const;
 
-  /// Counts what crosses now; failed_expectations() and report() know the most that was found. Nothing where nothing
-  /// could cross.
+  /// Counts the edges that cross triangles now. failed_expectations() and report() use the largest of these counts.
+  /// Does nothing in a scene without "self_collision" and without objects with "edges".
   void count_crossings();
 
-  /// Vertices that have been torn or cut in two so far. Each is one more particle, the last of its body in positions().
+  /// Number of vertices that were torn or cut in two so far. Each added one particle, the last of its body.
   int tears() const;
 
-  /// The expectations of the scene (its "expect") that the state does not meet, a line each; of crossings the most that
-  /// were counted.
+  /// The expectations of the scene (its "expect") that the present state does not meet, one line of text for each. The
+  /// crossings are the largest number that count_crossings() found.
   std::vector<std::string> failed_expectations() const;
 
   /// A hash of the bits of positions and velocities: equal runs have equal hashes.
   std::uint64_t state_hash() const;
 
-  /// Writes everything that the next step depends on, whole or not at all. Throws std::runtime_error (disk), and
-  /// InputError for a state that is not finite.
-  /// `frames`: how many a caller that writes frames has written by now; load_checkpoint gives the number back.
+  /// Writes everything that the next step depends on to a file, completely or not at all. `frames` is the number of
+  /// frames that the caller has written by now; load_checkpoint() returns it. Throws std::runtime_error if the file
+  /// cannot be written, and InputError for a state that is not finite.
   void save_checkpoint(const std::string& path, std::int64_t frames = 0) const;
 
-  /// Continues from a checkpoint of the same scene with the very same bits; duration, outputs and expectations may
-  /// differ. Gravity and wind are those of now, and pins must be set as they were then. Lets go of what is taken by
-  /// hand. Throws InputError for another scene, precision or a damaged file, and leaves the state as it was.
+  /// Continues from a checkpoint of the same scene with the same bits as the run that wrote it; duration, outputs and
+  /// expectations may differ. Gravity and wind are not changed, and pins must be set as they were then. All handles are
+  /// released. Returns the `frames` of save_checkpoint(). Throws InputError, and leaves the state unchanged, for
+  /// another scene, another precision, or a damaged file.
   std::int64_t load_checkpoint(const std::string& path);
 
-  /// Goes on where another simulation is: at its time, to the next whole step, with the places and velocities of its
-  /// bodies that have the same name and as many particles; other bodies are as at the start of this scene. For settings
-  /// that change while a scene runs. What contacts remember is not taken over: the bits are those of no single run.
+  /// Takes over the state of another simulation, for settings that change while a scene runs: its time, rounded up to a
+  /// whole step, and the positions and velocities of the bodies that have the same name and number of particles. Other
+  /// bodies keep the state that they have here. Cached contacts are not taken over, so that the bits are not those of
+  /// one continuous run.
   void transfer_state_from(const Simulation& before);
 
   /// Everything that the next step depends on, as bytes, except handles, gravity, wind and pins.
   std::string save_state() const;
 
-  /// Restores a save_state() of the same scene and precision, and releases all handles: the same bits follow as did
-  /// then. Throws InputError for other bytes, and leaves everything as it was.
+  /// Restores a state that save_state() returned for the same scene and precision, and releases all handles. The steps
+  /// that follow have the same bits as after save_state(). Throws InputError, and leaves the simulation unchanged, for
+  /// any other bytes.
   void restore_state(const std::string& state);
 
-  /// report.json: build, machine, sizes, times and the measures. `status` is a word for how the run ended, `notes` are
-  /// lines about it.
+  /// The text of report.json: build, machine, sizes, times and measures. `status` is a word for how the run ended,
+  /// `notes` are lines of text about it.
   std::string report(const std::string& status, const std::vector<std::string>& notes = {}) const;
 
-  const Model& model() const;  ///< what is left of it, see host/model/memory_estimate.h
+  const Model& model() const;  ///< the model after release_setup_memory(), see host/model/memory_estimate.h
   const Solver& solver() const;
   const RunTimes& times() const;
 

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Steps that are looked at in parts.
+// Callback of a step at the end of each of its substeps.
 #pragma once
 #include <functional>
 
 namespace malha {
 
-/// Called after each substep of a step with its number, from 1, and the time that it has led to, s. positions() and
-/// velocities() are then those of the substep. Nothing may be changed.
+/// Called at the end of each substep with its number in the step, from 1, and the simulated time (s). During the call
+/// Simulation::positions() and velocities() return the state of the substep. The callback must not change the
+/// simulation.
 using SubstepCallback = std::function<void(int substep, double time)>;
 
 }  // namespace malha

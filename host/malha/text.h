@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Words and numbers as messages show them.
+// Formatting of words and numbers in messages.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -10,15 +10,15 @@
 
 namespace malha {
 
-/// A word from a file: in quotes, at most 40 characters, all printable.
+/// A word from a file in quotes: at most 40 characters, those that are not printable ASCII as '?'.
 inline std::string quoted(std::string_view word) {
   std::string text = "\"";
   for (const char letter : word.substr(0, 40)) text += letter >= ' ' && letter <= '~' ? letter : '?';
   return text + (word.size() > 40 ? "...\"" : "\"");
 }
 
-/// A text of one line for terminals: of well-formed UTF-8, anything else, control characters and what turns the
-/// direction of writing are shown as '?'.
+/// A text as one line for terminals. Bytes that are not well-formed UTF-8, control characters and characters that
+/// change the direction of writing become '?'.
 inline std::string printable(std::string_view text) {
   std::string shown;
   for (std::size_t at = 0; at < text.size();) {
@@ -34,17 +34,17 @@ inline std::string printable(std::string_view text) {
     unsigned code = length < 2 ? lead : lead & (0x7fu >> length);
     bool good = length > 0;
     for (std::size_t i = 1; i < length; ++i) good = good && byte(i) >> 6 == 0x2, code = code << 6 | (byte(i) & 0x3f);
-    constexpr unsigned least[] = {0, 0, 0x80, 0x800, 0x10000};  ///< overlong forms could hide what they stand for
+    constexpr unsigned least[] = {0, 0, 0x80, 0x800, 0x10000};  // overlong forms could hide a character
     good = good && code >= least[length] && code <= 0x10ffff && !(code >= 0xd800 && code < 0xe000);
     const bool control = code < 0x20 || (code >= 0x7f && code < 0xa0) || (code >= 0x2028 && code < 0x202f) ||
-                         (code >= 0x2066 && code < 0x206a) || code == 0xfeff;  ///< lines, turns of direction
+                         (code >= 0x2066 && code < 0x206a) || code == 0xfeff;  // line breaks, changes of direction
     shown += good && !control ? std::string(text.substr(at, length)) : "?";
     at += good ? length : 1;
   }
   return shown;
 }
 
-/// The same of several lines.
+/// printable() of each line of a text.
 inline std::string printable_lines(std::string_view text) {
   std::string lines;
   for (std::size_t at = 0, end; at < text.size(); at = end + 1) {
@@ -54,14 +54,14 @@ inline std::string printable_lines(std::string_view text) {
   return lines;
 }
 
-/// 16 hexadecimal digits.
+/// A number as 16 hexadecimal digits.
 inline std::string hex(std::uint64_t value) {
   std::string text(16, '0');
   for (int digit = 15; digit >= 0; --digit, value /= 16) text[digit] = "0123456789abcdef"[value % 16];
   return text;
 }
 
-/// A number to so many digits.
+/// A number with this many significant digits.
 inline std::string shown(double value, int digits = 6) {
   std::ostringstream text;
   text.precision(digits);
@@ -69,13 +69,13 @@ inline std::string shown(double value, int digits = 6) {
   return text.str();
 }
 
-/// A number > 0 to two digits.
+/// A number > 0 rounded to two significant digits.
 inline double two_digits(double value) {
   const double unit = std::pow(10, std::floor(std::log10(value)) - 1);
   return std::round(value / unit) * unit;
 }
 
-/// "1 body", "2 bodies"; `several` is `one` with an s where it is not given.
+/// A count with its noun: "1 body", "2 bodies". If `several` is empty, the plural is `one` with an s.
 template <class Count>
 std::string counted(Count count, const std::string& one, const std::string& several = "") {
   return std::to_string(count) + " " + (count == 1 ? one : several.empty() ? one + "s" : several);

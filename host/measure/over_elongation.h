@@ -25,11 +25,11 @@ class LengthLimits {
     }
     ends_ = Array<Executor, int>(ends), longest_ = Array<Executor, R>(longest);
   }
-  LengthLimits(const Executor& executor, const Breakable& edges) : executor_(executor) {
+  LengthLimits(const Executor& executor, const TearableEdges& edges) : executor_(executor) {
     std::vector<int> ends;
     for (const Edge& e : edges.ends) ends.insert(ends.end(), e.begin(), e.end());
     ends_ = Array<Executor, int>(ends);
-    longest_ = Array<Executor, R>(std::vector<R>(edges.longest.begin(), edges.longest.end()));
+    longest_ = Array<Executor, R>(std::vector<R>(edges.max_length.begin(), edges.max_length.end()));
   }
 
   /// The largest excess over a maximal length, relative to it; 0: none is exceeded.

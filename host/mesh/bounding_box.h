@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Boxes along x, y and z around points.
+// Axis-aligned bounding boxes of points.
 #pragma once
 #include <algorithm>
 #include <vector>
@@ -12,28 +12,29 @@ struct BoundingBox {
   Vec3 low, high;  // m
 };
 
+/// Extends the box to contain the point.
 inline void extend(BoundingBox& box, const Vec3& point) {
   for (int k = 0; k < 3; ++k)
     box.low[k] = std::min(box.low[k], point[k]), box.high[k] = std::max(box.high[k], point[k]);
 }
 
-/// Of the points x[i] with i among `which`: one or more.
+/// The bounding box of the points x[i] with i among `which`, which must not be empty.
 template <class Which>
 BoundingBox bounds_of(const std::vector<Vec3>& x, const Which& which) {
   BoundingBox box{x[*std::begin(which)], x[*std::begin(which)]};
   for (const int i : which) extend(box, x[i]);
   return box;
 }
-/// Of those from `begin` to `end`, one or more.
+/// The bounding box of the points x[begin] .. x[end - 1], of which there must be one.
 inline BoundingBox bounds_of_part(const std::vector<Vec3>& x, int begin, int end) {
   BoundingBox box{x[begin], x[begin]};
   for (int i = begin; i < end; ++i) extend(box, x[i]);
   return box;
 }
-/// Of all, one or more.
+/// The bounding box of all points, of which there must be one.
 inline BoundingBox bounds_of(const std::vector<Vec3>& x) { return bounds_of_part(x, 0, static_cast<int>(x.size())); }
 
-/// The direction in which it is longest, the first of several.
+/// The axis along which the box is longest; the first of several.
 inline int longest_side(const BoundingBox& box) {
   int axis = 0;
   for (int k = 1; k < 3; ++k)

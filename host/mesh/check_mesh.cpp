@@ -23,7 +23,7 @@ std::string number_of(const char* what, std::size_t number) {
   return std::string(what) + " " + std::to_string(number) + " (0-based)";
 }
 
-/// As the file numbers it.
+/// The number of a point as a vertex of the file.
 int vertex(const Mesh& mesh, std::size_t point) { return vertex_of(mesh.vertices, static_cast<int>(point)); }
 
 void check_coordinates(const Mesh& mesh, const std::string& file) {
@@ -37,7 +37,7 @@ void check_coordinates(const Mesh& mesh, const std::string& file) {
 }
 
 void check_duplicated_points(const Mesh& mesh, const std::string& file) {
-  const std::vector<int> first = first_at_same_place(mesh.points);
+  const std::vector<int> first = first_at_same_position(mesh.points);
   std::size_t example = first.size();
   int duplicates = 0;
   for (std::size_t i = first.size(); i-- > 0;) {
@@ -47,14 +47,14 @@ void check_duplicated_points(const Mesh& mesh, const std::string& file) {
   }
   if (duplicates == 0) return;
   refuse(file, number_of("vertex", vertex(mesh, example)),
-         "the place of vertex " + std::to_string(vertex(mesh, first[example])) +
+         "the position of vertex " + std::to_string(vertex(mesh, first[example])) +
              " again (vertices like it: " + std::to_string(duplicates) + ")",
-         "one vertex in one place: \"weld\": 0 beside the \"mesh\" of a body makes them one (or Blender's Merge by "
+         "one vertex for each position: \"weld\": 0 beside the \"mesh\" of a body merges them (or Blender's Merge by "
          "Distance)");
 }
 
-// What is left of a face when halves without area go; nothing, if all of it goes. Quads begin where their halves,
-// (0, 1, 2) and (0, 2, 3), lie inside.
+// Removes the halves of faces without area; returns nothing if no half remains. Quads are renumbered so that their
+// halves, (0, 1, 2) and (0, 2, 3), lie inside of them.
 class AreaFilter {
  public:
   explicit AreaFilter(const std::vector<Vec3>& points) : points_(points) {
@@ -68,21 +68,21 @@ class AreaFilter {
     if (is_triangle(face)) return has_area(a, b, c) ? std::optional(face) : std::nullopt;
     if (a == c || b == d) return std::nullopt;
     const bool first = has_area(a, b, c), second = has_area(a, c, d);
-    if (first && second) return leaves_by_first_diagonal(face) ? Quad{b, c, d, a} : face;
+    if (first && second) return first_diagonal_is_outside(face) ? Quad{b, c, d, a} : face;
     if (!first && !second) return std::nullopt;
     if (has_area(b, c, d) && has_area(b, d, a)) return Quad{b, c, d, a};
     return first ? Quad{a, b, c, -1} : Quad{a, c, d, -1};
   }
 
-  /// Whether the halves (0, 1, 2) and (0, 2, 3) face away from each other.
+  /// True if the halves (0, 1, 2) and (0, 2, 3) have opposite normals.
   bool folds(const Quad& face) const {
     const auto [a, b, c, d] = face;
     return dot(normal_of(a, b, c), normal_of(a, c, d)) < 0;
   }
 
  private:
-  /// Whether a quad is concave and its first diagonal lies outside of it.
-  bool leaves_by_first_diagonal(const Quad& face) const {
+  /// True if a quad is concave and its first diagonal lies outside of it.
+  bool first_diagonal_is_outside(const Quad& face) const {
     const auto [a, b, c, d] = face;
     return folds(face) && !folds({b, c, d, a});
   }
@@ -96,13 +96,13 @@ class AreaFilter {
   double limit_;
 };
 
-/// The side of a quad from its k-th corner to the next.
+/// The side of a quad from its k-th corner to the next, as text.
 std::string side_text(const Mesh& mesh, const Quad& face, int k) {
   return std::to_string(vertex(mesh, face[k])) + "-" + std::to_string(vertex(mesh, face[(k + 1) % 4]));
 }
 
-/// What is left of a face by the vertices of the file.
-Quad same_corners(const Quad& left, const Quad& face, const Quad& in_file) {
+/// The remaining corners of a face as vertices of the file.
+Quad remaining_in_file(const Quad& left, const Quad& face, const Quad& in_file) {
   Quad same{-1, -1, -1, -1};
   for (int k = 0; k < 4; ++k)
     if (left[k] >= 0) same[k] = in_file[std::ranges::find(face, left[k]) - face.begin()];
@@ -184,7 +184,7 @@ MeshIssues check_mesh(Mesh& mesh, const std::string& file, bool loose_points_all
     }
     kept.push_back(*left);
     if (!mesh.vertices.faces.empty())
-      kept_in_file.push_back(same_corners(*left, mesh.faces[i], mesh.vertices.faces[i]));
+      kept_in_file.push_back(remaining_in_file(*left, mesh.faces[i], mesh.vertices.faces[i]));
     numbers.push_back(static_cast<int>(i));
   }
   check_repeated_faces(mesh, kept, numbers, file);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whether a mesh can be simulated as it is.
+// Checks of meshes before they are simulated, and removal of faces without area.
 #pragma once
 #include <string>
 
@@ -8,19 +8,21 @@
 namespace malha {
 
 struct MeshIssues {
-  int zero_area_faces = 0;  // removed, or cut down to the half that has an area
+  int zero_area_faces = 0;  // removed, or reduced to the half with an area
 };
 
-/// Removes what has no area and refuses what cannot be meant.
-/// Removed and counted: triangles whose area is at most 1e-12 of the square of the bounding box's diagonal; quads whose
-/// two halves, (0, 1, 2) and (0, 2, 3), are such, or that are folded onto themselves (opposite corners are one vertex).
-/// A quad with one such half becomes the other half and is counted; if it has two good halves along its other diagonal,
-/// it is only renumbered to start at its second corner, and its neighbours keep their edges. So is a concave quad whose
-/// first diagonal lies outside of it.
-/// Refused, by numbers that count from 0 in the mesh as given, or vertices in its file: coordinates that are not finite
-/// or beyond 1e12 m; two vertices in exactly the same place; two faces of the same vertices; a line from a vertex to
-/// itself; a quad two of whose sides cross; a vertex of no face, line or tetrahedron, unless loose points are allowed.
-/// Throws InputError; the mesh is unchanged then.
+/// Removes faces without area and refuses invalid meshes.
+///
+/// It removes and counts triangles whose area is at most 1e-12 of the square of the bounding box's diagonal, and quads
+/// whose two halves, (0, 1, 2) and (0, 2, 3), are such triangles or whose opposite corners are the same vertex. A quad
+/// with one such half becomes the other half and is counted. If its halves along the other diagonal both have an area,
+/// it is instead renumbered to start at its second corner, so that its neighbours keep their edges; so is a concave
+/// quad whose first diagonal lies outside of it.
+///
+/// It refuses coordinates that are not finite or beyond 1e12 m, two vertices with exactly the same position, two faces
+/// of the same vertices, a line from a vertex to itself, a quad two of whose sides cross, and, unless loose points are
+/// allowed, a vertex that no face, line or tetrahedron uses. Messages number faces and lines from 0 in the mesh as
+/// given, and vertices as the file does. Throws InputError; then the mesh is unchanged.
 MeshIssues check_mesh(Mesh& mesh, const std::string& file, bool loose_points_allowed);
 
 }  // namespace malha

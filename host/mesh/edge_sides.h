@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The sides of faces, grouped by the edge that they share.
+// Sides of faces, sorted so that the sides of each edge are adjacent.
 #pragma once
 #include <algorithm>
 #include <vector>
@@ -8,7 +8,8 @@
 
 namespace malha {
 
-/// The `number`-th side, in the order in which faces (and lines) list them; it runs from low to high, or back.
+/// A side of a face. `number` is its index in the order in which faces (and lines) list their sides; `forward` means
+/// that it runs from the lower point to the higher one.
 struct Side {
   int low, high;
   int number;
@@ -17,10 +18,10 @@ struct Side {
 
 inline bool same_edge(const Side& a, const Side& b) { return a.low == b.low && a.high == b.high; }
 
-/// All sides, sorted by (low, high, number): sides of one edge are neighbours, the first to appear first.
-/// `visit(add)` calls add(from, to) for every side, in order, and is itself called twice. A side from a point to itself
-/// is numbered but left out. One counting sort by the lower point, then a sort among each point's few sides: linear
-/// time for meshes, n log n where one point has most of the sides.
+/// All sides, sorted by (low, high, number), so that the sides of an edge are adjacent. `visit(add)` must call
+/// add(from, to) for every side in order; it is called twice. A side from a point to itself is numbered but left out. A
+/// counting sort by the lower point is followed by a sort of each point's few sides, which takes linear time for
+/// meshes, and n log n where one point has most of the sides.
 template <class Visit>
 std::vector<Side> sorted_sides(std::size_t points, Visit visit) {
   std::vector<int> start(points + 1, 0);
@@ -54,7 +55,7 @@ void for_each_edge(const std::vector<Side>& sides, Group group) {
 
 /// Calls add(from, to) for every side of every face.
 template <class Add>
-void visit_face_sides(const std::vector<Quad>& faces, Add add) {
+void for_each_face_side(const std::vector<Quad>& faces, Add add) {
   for (const Quad& face : faces) {
     const int corners = is_triangle(face) ? 3 : 4;
     for (int k = 0; k < corners; ++k) add(face[k], face[k + 1 < corners ? k + 1 : 0]);

@@ -23,13 +23,13 @@ void require_at_least_one(const char* shape, const char* what, int value) {
   if (value < 1) refuse(shape, what, std::to_string(value), "1 or more");
 }
 
-// Judged in double, where no count overflows.
+// The count is a double so that it cannot overflow.
 void require_countable(const char* shape, double points) {
   if (points <= most_points) return;
   refuse(shape, "", shown(points) + " points", "at most " + std::to_string(static_cast<int>(most_points)));
 }
 
-// The i-th of n equal steps from `from` to `to`: both ends exactly.
+// The i-th of n equal steps from `from` to `to`; both ends are exact.
 double step(double from, double to, int i, int n) { return i == n ? to : from + (to - from) * (double(i) / n); }
 
 Mesh make(const GridShape& grid) {
@@ -71,7 +71,7 @@ Mesh icosahedron() {
   return mesh;
 }
 
-// Every triangle becomes four; the two triangles at an edge share its new midpoint.
+// Divides every triangle into four; the two triangles at an edge share its midpoint.
 Mesh subdivide(const Mesh& coarse) {
   Mesh fine;
   fine.points = coarse.points;
@@ -117,7 +117,7 @@ class SurfaceLattice {
   int number(const std::array<int, 3>& at) const {
     const auto [nx, ny, nz] = cells_;
     const auto [i, j, k] = at;
-    const int full = (nx + 1) * (ny + 1), ring = 2 * (nx + ny);  // points in an end layer, in one between
+    const int full = (nx + 1) * (ny + 1), ring = 2 * (nx + ny);  // points of an end layer, and of a layer in between
     if (k == 0) return i + j * (nx + 1);
     const int before = full + (k - 1) * ring;
     if (k == nz) return before + i + j * (nx + 1);
@@ -146,7 +146,7 @@ Mesh box_between(const char* shape, const Vec3& low, const Vec3& high, const std
     }
   }
   for (int axis = 0; axis < 3; ++axis) {
-    const int u = (axis + 1) % 3, v = (axis + 2) % 3;  // u x v points along axis
+    const int u = (axis + 1) % 3, v = (axis + 2) % 3;  // the cross product of u and v points along axis
     for (const int layer : {0, cells[axis]}) {
       for (int b = 0; b < cells[v]; ++b) {
         for (int a = 0; a < cells[u]; ++a) {
@@ -179,10 +179,10 @@ Mesh make(const BarShape& bar) {
                      {static_cast<int>(along), bar.cells, bar.cells});
 }
 
-// Each cell as four tetrahedra at its corners and one between them, which takes every second corner: mirrored from cell
-// to cell, so that their triangles meet.
+// Each cell becomes four tetrahedra at alternate corners and one between them. Adjacent cells are mirrored, so that
+// their triangles match.
 Mesh make(const TetBoxShape& box) {
-  const int nx = box.cells[0], ny = box.cells[1], nz = box.cells[2];  // lambdas capture them
+  const int nx = box.cells[0], ny = box.cells[1], nz = box.cells[2];  // no structured binding: lambdas capture them
   require_at_least_one("tet_box", "cells", std::min({nx, ny, nz}));
   require_countable("tet_box", (nx + 1.0) * (ny + 1.0) * (nz + 1.0));
   Mesh mesh;
@@ -193,7 +193,7 @@ Mesh make(const TetBoxShape& box) {
   for (int k = 0; k < nz; ++k)
     for (int j = 0; j < ny; ++j)
       for (int i = 0; i < nx; ++i) {
-        // Bits 0, 1, 2 of a corner: x, y, z; flipped along x in every second cell.
+        // Bits 0, 1 and 2 of a corner are x, y and z; every second cell is mirrored along x.
         const auto corner = [&](int bits) {
           bits ^= (i + j + k) & 1;
           return (i + (bits & 1)) + (nx + 1) * ((j + (bits >> 1 & 1)) + (ny + 1) * (k + (bits >> 2)));
@@ -218,13 +218,13 @@ Mesh make(const ChainShape& chain) {
   return mesh;
 }
 
-Mesh make(const LatticeShape& cloud) {
-  const auto [nx, ny, nz] = cloud.count;
+Mesh make(const LatticeShape& lattice) {
+  const auto [nx, ny, nz] = lattice.count;
   require_at_least_one("lattice", "count", std::min({nx, ny, nz}));
   require_countable("lattice", double(nx) * ny * nz);
   const auto along = [&](int axis, int i) {
-    const double low = cloud.min[axis], high = cloud.max[axis];
-    return cloud.count[axis] == 1 ? (low + high) / 2 : step(low, high, i, cloud.count[axis] - 1);
+    const double low = lattice.min[axis], high = lattice.max[axis];
+    return lattice.count[axis] == 1 ? (low + high) / 2 : step(low, high, i, lattice.count[axis] - 1);
   };
   Mesh mesh;
   for (int k = 0; k < nz; ++k) {
@@ -235,7 +235,7 @@ Mesh make(const LatticeShape& cloud) {
   return mesh;
 }
 
-/// `missing`: what the last corner may be beside a point.
+/// Refuses corners that are not points. The fourth corner may also be `missing`.
 template <class Item>
 void require_points(const char* what, const std::vector<Item>& items, int points, int missing) {
   for (std::size_t i = 0; i < items.size(); ++i)
@@ -247,13 +247,13 @@ void require_points(const char* what, const std::vector<Item>& items, int points
     }
 }
 
-Mesh make(const MeshDataShape& listed) {
-  require_countable("mesh_data", static_cast<double>(listed.points.size()));
+Mesh make(const MeshDataShape& data) {
+  require_countable("mesh_data", static_cast<double>(data.points.size()));
   constexpr int triangle = -1, none = 0;
-  const int points = static_cast<int>(listed.points.size());
-  require_points("faces", listed.faces, points, triangle), require_points("lines", listed.lines, points, none);
-  require_points("tetrahedra", listed.tetrahedra, points, none);
-  Mesh mesh{listed.points, listed.faces, listed.lines, listed.tetrahedra};
+  const int points = static_cast<int>(data.points.size());
+  require_points("faces", data.faces, points, triangle), require_points("lines", data.lines, points, none);
+  require_points("tetrahedra", data.tetrahedra, points, none);
+  Mesh mesh{data.points, data.faces, data.lines, data.tetrahedra};
   complete_tetrahedra(mesh, "mesh_data");
   return mesh;
 }
@@ -276,7 +276,7 @@ void apply(const Transform& transform, Mesh& mesh) {
   const double radians = transform.degrees * (std::numbers::pi / 180);
   const Eigen::Matrix3d turn = Eigen::AngleAxisd(radians, vector(transform.axis).normalized()).toRotationMatrix();
   const Eigen::Matrix3d turn_and_scale = turn * vector(transform.scale).asDiagonal();
-  for (auto* points : {&mesh.points, &mesh.vertices.place})
+  for (auto* points : {&mesh.points, &mesh.vertices.position})
     for (Vec3& point : *points) {
       const Eigen::Vector3d moved = vector(transform.translate) + turn_and_scale * vector(point);
       point = {moved[0], moved[1], moved[2]};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Distances along a mesh from some of its points.
+// Geodesic distances on a mesh from a set of points.
 #pragma once
 #include <vector>
 
@@ -7,16 +7,17 @@
 
 namespace malha {
 
-/// Where the nearest source of each point is, and how far along the mesh.
+/// The nearest source of each point and its geodesic distance.
 struct Geodesics {
-  std::vector<double> distance;  // m; infinite where no source can be reached
-  std::vector<int> source;       // a point; -1 there
+  std::vector<double> distance;  // m; infinite if no source is connected with the point
+  std::vector<int> source;       // nearest source; -1 if there is none
 };
 
-/// The shortest ways along edges, lines, diagonals of quads and straight across triangles(mesh), exact to rounding
-/// (1e-9) on any mesh: windows through which the sources, and the points where ways turn, are seen straight (Chen and
-/// Han, "Shortest paths on a polyhedron", 1990; Xin and Wang 2009). Windows that see the same place of the same plane
-/// are joined: on flat meshes 5 a point, on a sphere of n points about sqrt(n), half a microsecond each.
+/// Shortest paths along edges, lines, diagonals of quads and straight across triangles(mesh), exact up to rounding
+/// (1e-9) on any mesh, by propagation of windows: parts of edges that straight paths from a source or a pseudo-source
+/// cross (Chen and Han, "Shortest paths on a polyhedron", 1990; Xin and Wang 2009). Adjacent windows with the same
+/// unfolded source are merged: flat meshes have 5 windows per point, a sphere of n points about sqrt(n), half a
+/// microsecond each.
 Geodesics geodesics(const Mesh& mesh, const std::vector<int>& sources);
 
 }  // namespace malha

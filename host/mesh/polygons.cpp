@@ -14,23 +14,24 @@ namespace {
 
 using Point = std::array<double, 2>;
 
-constexpr double kZeroArea = 1e-12;  // of the square of the diagonal of the face's bounding box
-constexpr double kApart = 0.01;      // of a quad's shortest side
+constexpr double kZeroArea = 1e-12;  // area over the square of the diagonal of the face's bounding box
+constexpr double kApart = 0.01;      // distance over the shortest side of a quad
 
 /// Twice the signed area of a triangle.
 double orientation(const Point& a, const Point& b, const Point& c) {
   return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
 }
 
+/// The squared distance of two points.
 double squared(const Point& a, const Point& b) { return (b[0] - a[0]) * (b[0] - a[0]) + (b[1] - a[1]) * (b[1] - a[1]); }
 
 Vec3 normal(const Vec3& a, const Vec3& b, const Vec3& c) { return cross(minus(b, a), minus(c, a)); }
 
-/// A face in its best plane.
+/// A face in the coordinates of its best-fit plane.
 struct FlatFace {
   std::vector<Point> points;  // its corners
-  double zero = 0;            // a doubled area that counts as none
-  bool has_area = false;      // of the face as a whole
+  double zero = 0;            // twice the area up to which a triangle has none
+  bool has_area = false;      // the face as a whole has an area
   bool has_triangles = false;
 
   int next(int i) const { return i + 1 < static_cast<int>(points.size()) ? i + 1 : 0; }
@@ -55,7 +56,7 @@ FlatFace flatten(const std::vector<Vec3>& points, const std::vector<int>& corner
     flat.points.resize(corners.size());
     return flat;
   }
-  int axis = 0;  // the one that is least along the normal
+  int axis = 0;  // along which the normal is smallest
   for (int k = 1; k < 3; ++k)
     if (std::abs(n[k]) < std::abs(n[axis])) axis = k;
   Vec3 e{};
@@ -72,7 +73,8 @@ FlatFace flatten(const std::vector<Vec3>& points, const std::vector<int>& corner
   return flat;
 }
 
-/// The sides are compared in the order of their lowest abscissas, with those alone that begin before they end.
+/// Sweeps over the sides in the order of their lowest abscissas, and compares each with those that begin before it
+/// ends.
 std::array<int, 2> crossing_sides(const FlatFace& face) {
   const auto& p = face.points;
   const auto count = static_cast<int>(p.size());
@@ -105,11 +107,11 @@ class EarClipper {
     for (int i = 0; i < count_; ++i) next_[i] = face.next(i), previous_[face.next(i)] = i;
   }
 
-  /// Numbers of corners; empty where it fails.
+  /// The triangles as indices of corners; empty if it fails.
   std::vector<Triangle> clip() {
     std::vector<Triangle> found;
     classify_all();
-    while (left_ + 2 < count_) {
+    while (clipped_ + 2 < count_) {
       int best = -1;
       for (int i = 0; i < count_; ++i)
         if (ears_[i].state == State::Ear && (best < 0 || ears_[i].shape > ears_[best].shape)) best = i;
@@ -127,8 +129,8 @@ class EarClipper {
 
  private:
   enum class State { None, Ear, Blocked, Clipped };
-  /// What counts as an ear: first, what keeps other corners apart from it; then other corners may lie on its sides, as
-  /// rounding may have it; last, it may have no area.
+  /// Conditions for an ear. At first no other corner may touch it; then other corners may lie on its sides within
+  /// rounding; at last it may have no area.
   enum class Strictness { Apart, Touching, ZeroAreas };
   struct Corner {
     State state = State::None;
@@ -152,7 +154,7 @@ class EarClipper {
     const double inside = strictness_ == Strictness::Apart ? -face_.zero : face_.zero;
     for (int i = next_[after]; i != before; i = next_[i]) {
       const Point& p = face_.points[i];
-      if (p == a || p == b || p == c) continue;  // sides that lead to a hole and back have corners twice
+      if (p == a || p == b || p == c) continue;  // the corners of sides that lead to a hole and back occur twice
       if (orientation(a, b, p) < inside || orientation(b, c, p) < inside || orientation(c, a, p) < inside) continue;
       ear.state = State::Blocked, ear.blocker = i;
       return;
@@ -163,22 +165,22 @@ class EarClipper {
   void clip_off(int tip) {
     const int before = previous_[tip], after = next_[tip];
     next_[before] = after, previous_[after] = before;
-    ears_[tip].state = State::Clipped, ++left_;
+    ears_[tip].state = State::Clipped, ++clipped_;
     classify(before), classify(after);
     for (int i = 0; i < count_; ++i)
       if (ears_[i].state == State::Blocked && ears_[i].blocker == tip) classify(i);
   }
 
   const FlatFace& face_;
-  int count_, left_ = 0;  // corners, and how many of them are clipped
+  int count_, clipped_ = 0;  // number of corners, and of those that are clipped
   std::vector<int> previous_, next_;
   std::vector<Corner> ears_;
   Strictness strictness_ = Strictness::Apart;
 };
 
-/// Whether a quad's side and the one across from it, which cross in its best plane, are apart in space: by more than a
-/// hundredth of its shortest side, while a flat quad's are apart by its rounding.
-bool pass_each_other(const std::vector<Vec3>& points, const std::vector<int>& corners, int side) {
+/// True if a side of a quad and the opposite one, which cross in its best-fit plane, are apart in space by more than a
+/// hundredth of its shortest side; those of a flat quad are apart by rounding only.
+bool are_apart_in_space(const std::vector<Vec3>& points, const std::vector<int>& corners, int side) {
   const auto corner = [&](int k) -> const Vec3& { return points[corners[(side + k) % 4]]; };
   double shortest = squared_distance(corner(3), corner(0));
   for (int k = 0; k < 3; ++k) shortest = std::min(shortest, squared_distance(corner(k), corner(k + 1)));
@@ -186,6 +188,7 @@ bool pass_each_other(const std::vector<Vec3>& points, const std::vector<int>& co
   return std::abs(dot(across, minus(corner(2), corner(0)))) > kApart * std::sqrt(shortest) * norm(across);
 }
 
+/// A fan from the first corner.
 std::vector<Triangle> fan(int corners) {
   std::vector<Triangle> found;
   for (int i = 2; i < corners; ++i) found.push_back({0, i - 1, i});
@@ -196,7 +199,7 @@ std::vector<Triangle> fan(int corners) {
 
 std::array<int, 2> crossing_sides(const std::vector<Vec3>& points, const std::vector<int>& corners) {
   const auto [i, j] = crossing_sides(flatten(points, corners));
-  if (i >= 0 && corners.size() == 4 && pass_each_other(points, corners, i)) return {-1, -1};
+  if (i >= 0 && corners.size() == 4 && are_apart_in_space(points, corners, i)) return {-1, -1};
   return {i, j};
 }
 

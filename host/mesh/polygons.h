@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Faces of meshes as files list them, with any number of corners, and their triangulation.
+// Polygonal faces of mesh files and their triangulation.
 #pragma once
 #include <array>
 #include <string>
@@ -9,25 +9,27 @@
 
 namespace malha {
 
-/// Whether two sides of a face cross each other, seen along the normal of its best plane (Newell's): those from these
-/// corners to the next, counted from 0; {-1, -1}: none do. Sides that only touch do not cross. Nor do those of a
-/// twisted quad that pass each other in space: either of its diagonals cuts it into triangles that meet there alone.
+/// Finds two sides of a face that cross each other in the projection to its best-fit plane (Newell's normal). Returns
+/// the corners at which they start, counted from 0, or {-1, -1}. Sides that only touch do not cross. Nor do opposite
+/// sides of a twisted quad that are apart in space: either of its diagonals cuts it into triangles that meet only
+/// there.
 std::array<int, 2> crossing_sides(const std::vector<Vec3>& points, const std::vector<int>& corners);
 
-/// Triangulates a face of three or more corners in its best plane: a fan from its first corner where that is valid,
-/// otherwise by ear clipping, the best-shaped ears first. The triangles have the face's corners and orientation, do not
-/// overlap, and have an area where the corners allow it: a corner on a straight side stays a corner. A face without an
-/// area becomes a fan. Empty where there is no triangulation, as in a face that crosses or folds onto itself.
+/// Triangulates a face of three or more corners in its best-fit plane: as a fan from its first corner if that is valid,
+/// otherwise by ear clipping, the best-shaped ears first. The triangles have the corners and the orientation of the
+/// face, do not overlap, and have an area where the corners allow it; a corner on a straight side stays a corner. A
+/// face without area becomes a fan. Returns an empty list if there is no triangulation, as for a face that crosses or
+/// folds onto itself.
 std::vector<Triangle> triangulate(const std::vector<Vec3>& points, const std::vector<int>& corners);
 
-/// The faces of a file, kept until all points are known: a face may name points that come after it.
+/// The faces of a file. They are stored until all points are known, since a face may precede its points in the file.
 class PolygonList {
  public:
   void reserve(std::size_t faces) { faces_.reserve(faces); }
-  /// A face of three or more corners. `line`: the line of the file on which it stands; 0: the file has no lines.
+  /// Adds a face of three or more corners. `line` is its line in the file; 0: the file has no lines.
   void add(const std::vector<int>& corners, std::size_t line);
-  /// Appends all faces to the mesh in their order: triangles and quads as they are, others as triangles. Refuses a face
-  /// without a triangulation by its file, line and number.
+  /// Appends all faces to the mesh in their order: triangles and quads as they are, others triangulated. Throws
+  /// InputError for a face without a triangulation, with the file, the line and the number of the face.
   void append_to(Mesh& mesh, const std::string& file) const;
 
  private:
@@ -36,7 +38,7 @@ class PolygonList {
     int corners;
   };
   std::vector<Face> faces_;
-  std::vector<int> corners_;  // of all faces
+  std::vector<int> corners_;  // of all faces, one after the other
 };
 
 }  // namespace malha

@@ -14,7 +14,7 @@
 namespace malha {
 namespace {
 
-constexpr double no_volume = 1e-6;  // of the longest edge's cube: single precision could not tell it from flat
+constexpr double no_volume = 1e-6;  // volume over the cube of the longest edge; flat in single precision
 
 /// The triangle opposite to corner k, counter-clockwise seen from outside.
 constexpr int kOpposite[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};
@@ -70,8 +70,8 @@ void complete_tetrahedra(Mesh& mesh, const std::string& file) {
   };
   const std::vector<int> first =
       first_equal(static_cast<int>(sides.size()), hash, [&](int i, int j) { return sorted[i] == sorted[j]; });
-  // An even number of swaps tells triangles that wind alike: then both tetrahedra lie on the same side.
-  const auto winds_alike = [](const Triangle& a, const Triangle& b) {
+  // True if the corners are an even permutation: then both tetrahedra lie on the same side of the triangle.
+  const auto have_same_orientation = [](const Triangle& a, const Triangle& b) {
     const auto at = std::ranges::find(b, a[0]) - b.begin();
     return b[(at + 1) % 3] == a[1];
   };
@@ -86,7 +86,7 @@ void complete_tetrahedra(Mesh& mesh, const std::string& file) {
              allowed);
     };
     if (++times[of] > 2) refuse_side(", which two others have already, the first of them tetrahedron ", "two at most");
-    if (times[of] == 2 && winds_alike(sides[of], sides[i]))
+    if (times[of] == 2 && have_same_orientation(sides[of], sides[i]))
       refuse_side(", on the same side as tetrahedron ", "tetrahedra that do not overlap, each once");
   }
   mesh.faces.clear();

@@ -11,7 +11,7 @@ namespace malha {
 
 std::vector<Edge> edges(const Mesh& mesh) {
   const auto visit = [&](auto add) {
-    visit_face_sides(mesh.faces, add);
+    for_each_face_side(mesh.faces, add);
     for (const auto& [from, to] : mesh.lines) add(from, to);
     for (const auto& [a, b, c, d] : mesh.tetrahedra) add(a, b), add(a, c), add(a, d), add(b, c), add(b, d), add(c, d);
   };
@@ -51,22 +51,22 @@ std::vector<Triangle> triangles(const Mesh& mesh) {
   return found;
 }
 
-std::vector<int> opposite_sides(std::size_t points, const std::vector<Triangle>& triangles, int* crowded) {
+std::vector<int> opposite_sides(std::size_t points, const std::vector<Triangle>& triangles, int* non_manifold) {
   const auto sides = sorted_sides(points, [&](auto add) {
     for (const auto& [a, b, c] : triangles) add(a, b), add(b, c), add(c, a);
   });
   std::vector<int> other(3 * triangles.size(), -1);
   for_each_edge(sides, [&](auto first, auto last) {
-    if (last - first > 2 && crowded != nullptr) ++*crowded;
+    if (last - first > 2 && non_manifold != nullptr) ++*non_manifold;
     if (last - first != 2) return;
     other[first[0].number] = first[1].number, other[first[1].number] = first[0].number;
   });
   return other;
 }
 
-std::vector<std::array<int, 4>> hinges(const Mesh& mesh, int* crowded) {
+std::vector<std::array<int, 4>> hinges(const Mesh& mesh, int* non_manifold) {
   const std::vector<Triangle> all = triangles(mesh);
-  const std::vector<int> other = opposite_sides(mesh.points.size(), all, crowded);
+  const std::vector<int> other = opposite_sides(mesh.points.size(), all, non_manifold);
   const auto corner = [&](int side, int ahead) { return all[side / 3][(side + ahead) % 3]; };
   std::vector<std::array<int, 4>> found;
   for (int side = 0; side < static_cast<int>(other.size()); ++side)
@@ -88,10 +88,11 @@ std::vector<int> components(int particles, const std::vector<Edge>& edges, int& 
 }
 
 void require_closed(const Mesh& mesh, const std::string& file, const std::string& why) {
-  const auto two_faces = why + ": every edge with exactly two faces, oriented alike";
+  const auto two_faces = why + ": every edge with exactly two faces, consistently oriented";
   if (mesh.faces.empty()) refuse(file, "", "a mesh without faces", two_faces);
-  const auto sides = sorted_sides(mesh.points.size(), [&](auto add) { visit_face_sides(mesh.faces, add); });
-  const Side *open = nullptr, *crowded = nullptr, *against = nullptr;  // the first of each kind in the order of faces
+  const auto sides = sorted_sides(mesh.points.size(), [&](auto add) { for_each_face_side(mesh.faces, add); });
+  const Side *open = nullptr, *non_manifold = nullptr,
+             *against = nullptr;  // first edge of each kind in the order of the faces
   int open_edges = 0, crowded_edges = 0, against_edges = 0;
   const auto note = [](const Side*& kept, int& count, const Side& side) {
     if (kept == nullptr || side.number < kept->number) kept = &side;
@@ -101,7 +102,7 @@ void require_closed(const Mesh& mesh, const std::string& file, const std::string
     if (last - first == 1) {
       note(open, open_edges, *first);
     } else if (last - first > 2) {
-      note(crowded, crowded_edges, *first);
+      note(non_manifold, crowded_edges, *first);
     } else if (first[0].forward == first[1].forward) {
       note(against, against_edges, *first);
     }
@@ -112,9 +113,8 @@ void require_closed(const Mesh& mesh, const std::string& file, const std::string
            what + " (edges like it: " + std::to_string(count) + ")", two_faces);
   };
   if (open != nullptr) refuse_edge(*open, open_edges, "an open edge, with one face only");
-  if (crowded != nullptr) refuse_edge(*crowded, crowded_edges, "an edge with more than two faces");
-  if (against != nullptr)
-    refuse_edge(*against, against_edges, "an edge whose two faces are oriented against each other");
+  if (non_manifold != nullptr) refuse_edge(*non_manifold, crowded_edges, "an edge with more than two faces");
+  if (against != nullptr) refuse_edge(*against, against_edges, "an edge whose two faces have opposite orientations");
   const double volume = signed_volume(mesh.points, triangles(mesh));
   if (!(volume > 0)) {
     refuse(file, "", "an enclosed volume of " + shown(volume) + " m^3 (inside out)",

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The part of host/mesh/topology.h that measures: volume and mass.
+// Volume and lumped masses of host/mesh/topology.h.
 #include "host/mesh/tetrahedra.h"
 #include "host/mesh/topology.h"
 #include "host/mesh/vectors.h"
@@ -8,7 +8,7 @@ namespace malha {
 
 double signed_volume(const std::vector<Vec3>& points, const std::vector<Triangle>& triangles) {
   if (triangles.empty()) return 0;
-  // Seen from one of its own points, a small mesh far from the origin keeps its digits.
+  // Taking one of the points as the origin keeps the precision of a small mesh far from the origin.
   const Vec3 origin = points[triangles[0][0]];
   double six_times = 0;
   for (const auto& [a, b, c] : triangles) {
@@ -34,7 +34,7 @@ std::vector<double> masses_by_density(const Mesh& mesh, double density) {
     if (d < 0) {
       add_triangle({a, b, c}, normal_of(a, b, c), 1);
     } else {
-      // One diagonal of a concave quad lies outside: there its triangles face away from each other.
+      // One diagonal of a concave quad lies outside of it; the triangles along that one have opposite normals.
       const Vec3 abc = normal_of(a, b, c), acd = normal_of(a, c, d), bcd = normal_of(b, c, d), bda = normal_of(b, d, a);
       const bool first = dot(abc, acd) >= 0, second = dot(bcd, bda) >= 0;
       const double share = first == second ? 0.5 : first ? 1 : 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Plain arithmetic on points of a mesh, for set-up: kernels have types of their own (kernels/simd/vec.h).
+// Arithmetic on Vec3 for set-up. Kernels have types of their own (kernels/simd/vec.h).
 #pragma once
 #include <cmath>
 
@@ -15,7 +15,7 @@ inline Vec3 cross(const Vec3& a, const Vec3& b) {
 }
 inline double distance(const Vec3& a, const Vec3& b) { return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]); }
 inline double squared_distance(const Vec3& a, const Vec3& b) { return dot(minus(a, b), minus(a, b)); }
-/// Of a triangle.
+/// The area of a triangle.
 inline double area(const Vec3& a, const Vec3& b, const Vec3& c) {
   const Vec3 n = cross(minus(b, a), minus(c, a));
   return std::hypot(n[0], n[1], n[2]) / 2;

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// The numbers that vertices have in their file, for what speaks to a person.
+// Map between the points of a mesh and the vertices of its file, for messages and frames.
 #pragma once
 #include "malha/mesh.h"
 
 namespace malha {
 
-/// The point that each vertex of a mesh of so many points became: those of the file first (-1: nothing uses it), then
-/// the points that tearing added.
+/// The point of each vertex of a mesh with this number of points: the vertices of the file (-1: unused), then the
+/// points that tearing added.
 std::vector<int> points_of_vertices(const FileVertices& file, int points);
 
-/// The vertex that became this point; of those that were merged the lowest.
+/// The vertex of a point; the lowest one if several were merged.
 int vertex_of(const FileVertices& file, int point);
 
 }  // namespace malha

@@ -17,11 +17,11 @@ namespace malha {
 
 namespace {
 
-/// Of each point the lowest one that it hangs together with: through points of which each is within the distance of the
-/// next. Points lie in cubes as wide as the distance, so that the 27 about one hold all within it. Those in the same
-/// eighth of a cube are within it of each other, so that crowded cubes take no more time.
-std::vector<int> lowest_connected(const std::vector<Vec3>& points, double distance) {
-  using Cube = std::array<double, 3>;  // whole numbers
+/// The lowest point of each point's cluster. Points are sorted into cubes as wide as the distance, so that all points
+/// within it are in the 27 cubes around. Points in the same eighth of a cube are within the distance of each other, so
+/// that cubes with many points take no more time.
+std::vector<int> lowest_of_cluster(const std::vector<Vec3>& points, double distance) {
+  using Cube = std::array<double, 3>;  // integral coordinates
   const auto hash = [](const Cube& cube) {
     std::uint64_t bits = 0;
     for (const double k : cube) bits = mix(bits, std::bit_cast<std::uint64_t>(k + 0.0));
@@ -54,7 +54,7 @@ std::vector<int> lowest_connected(const std::vector<Vec3>& points, double distan
         if (join_if_near(a, b)) return;
   };
   for (const auto& [cube, eighths] : cubes)
-    for (int neighbour = 13; neighbour < 27; ++neighbour) {  // itself, and half of those about it
+    for (int neighbour = 13; neighbour < 27; ++neighbour) {  // the cube itself, and half of its neighbours
       const auto there =
           cubes.find({cube[0] + neighbour % 3 - 1, cube[1] + neighbour / 3 % 3 - 1, cube[2] + neighbour / 9 - 1});
       if (there == cubes.end()) continue;
@@ -67,16 +67,17 @@ std::vector<int> lowest_connected(const std::vector<Vec3>& points, double distan
   return lowest;
 }
 
-/// Every point becomes the one that `becomes` says, itself or one before it, or goes at -1; everything by new numbers.
-void keep_points(Mesh& mesh, const std::vector<int>& becomes) {
+/// Replaces every point by the point `representative`, itself or a lower one, or removes it at -1. Renumbers
+/// everything.
+void compact_points(Mesh& mesh, const std::vector<int>& representative) {
   FileVertices& file = mesh.vertices;
-  if (file.point.empty()) file = {points_of_vertices({}, static_cast<int>(becomes.size())), mesh.points, {}};
-  std::vector<int> now(becomes.size(), -1);
+  if (file.point.empty()) file = {points_of_vertices({}, static_cast<int>(representative.size())), mesh.points, {}};
+  std::vector<int> now(representative.size(), -1);
   int count = 0;
-  for (std::size_t i = 0; i < becomes.size(); ++i) {
-    if (becomes[i] < 0) continue;
-    const bool stays = becomes[i] == static_cast<int>(i);
-    now[i] = stays ? count : now[becomes[i]];
+  for (std::size_t i = 0; i < representative.size(); ++i) {
+    if (representative[i] < 0) continue;
+    const bool stays = representative[i] == static_cast<int>(i);
+    now[i] = stays ? count : now[representative[i]];
     if (stays) mesh.points[count++] = mesh.points[i];
   }
   mesh.points.resize(count);
@@ -90,8 +91,9 @@ void keep_points(Mesh& mesh, const std::vector<int>& becomes) {
   renumber(mesh.faces), renumber(mesh.lines), renumber(mesh.tetrahedra);
 }
 
-/// Without corners that the corner before them names already; below three of them nothing. `in_file`: the same face.
-bool close_up(Quad& face, Quad& in_file) {
+/// Removes corners of a face that equal the one before. Returns false if less than three are left. `in_file` is the
+/// same face by vertices of the file.
+bool remove_equal_corners(Quad& face, Quad& in_file) {
   Quad left{-1, -1, -1, -1}, left_in_file = left;
   int corners = 0;
   for (int k = 0; k < 4; ++k)
@@ -102,32 +104,32 @@ bool close_up(Quad& face, Quad& in_file) {
   return corners >= 3;
 }
 
-/// Closes up all faces. Returns how many went.
-int close_up(std::vector<Quad>& faces, std::vector<Quad>& in_file) {
+/// Removes equal corners of all faces. Returns the number of faces that were removed.
+int remove_equal_corners(std::vector<Quad>& faces, std::vector<Quad>& in_file) {
   std::size_t left = 0;
   for (std::size_t f = 0; f < faces.size(); ++f) {
     Quad face = faces[f], same = in_file[f];
-    if (close_up(face, same)) faces[left] = face, in_file[left++] = same;
+    if (remove_equal_corners(face, same)) faces[left] = face, in_file[left++] = same;
   }
-  const auto gone = static_cast<int>(faces.size() - left);
+  const auto removed = static_cast<int>(faces.size() - left);
   faces.resize(left), in_file.resize(left);
-  return gone;
+  return removed;
 }
 
 }  // namespace
 
 Welded weld(Mesh& mesh, double distance, const std::string& file) {
-  const std::vector<int> becomes =
-      distance > 0 ? lowest_connected(mesh.points, distance) : first_at_same_place(mesh.points);
+  const std::vector<int> representative =
+      distance > 0 ? lowest_of_cluster(mesh.points, distance) : first_at_same_position(mesh.points);
   Welded done;
-  for (std::size_t i = 0; i < becomes.size(); ++i) done.merged += becomes[i] != static_cast<int>(i);
+  for (std::size_t i = 0; i < representative.size(); ++i) done.merged += representative[i] != static_cast<int>(i);
   if (done.merged == 0) return done;
   std::vector<Quad> in_file = mesh.faces;
-  keep_points(mesh, becomes);
-  done.gone += close_up(mesh.faces, in_file);
-  done.gone += static_cast<int>(std::erase_if(mesh.lines, [](const Edge& line) { return line[0] == line[1]; }));
+  compact_points(mesh, representative);
+  done.removed += remove_equal_corners(mesh.faces, in_file);
+  done.removed += static_cast<int>(std::erase_if(mesh.lines, [](const Edge& line) { return line[0] == line[1]; }));
   if (mesh.tetrahedra.empty()) mesh.vertices.faces = std::move(in_file);
-  complete_tetrahedra(mesh, file);  // their surface is another one where they now hang together
+  complete_tetrahedra(mesh, file);  // merged tetrahedra have another surface
   return done;
 }
 
@@ -141,13 +143,13 @@ int drop_unused_points(Mesh& mesh) {
   use(mesh.faces), use(mesh.lines), use(mesh.tetrahedra);
   const auto unused = static_cast<int>(std::ranges::count(used, false));
   if (unused == 0 || unused == static_cast<int>(used.size())) {
-    mesh.vertices.place = {};
+    mesh.vertices.position = {};
     return 0;
   }
-  std::vector<int> becomes = points_of_vertices({}, static_cast<int>(used.size()));
+  std::vector<int> representative = points_of_vertices({}, static_cast<int>(used.size()));
   for (std::size_t i = 0; i < used.size(); ++i)
-    if (!used[i]) becomes[i] = -1;
-  keep_points(mesh, becomes);
+    if (!used[i]) representative[i] = -1;
+  compact_points(mesh, representative);
   return unused;
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What real files hold and a simulation does not want: several vertices in one place, and vertices that nothing uses.
+// Welding of vertices with equal or close positions, and removal of unused vertices.
 #pragma once
 #include <string>
 
@@ -8,18 +8,19 @@
 namespace malha {
 
 struct Welded {
-  int merged = 0;  // vertices that became another one
-  int gone = 0;    // faces and lines that had less than three, or two, corners left
+  int merged = 0;   // number of vertices merged into another one
+  int removed = 0;  // number of faces and lines with less than three, or two, distinct corners left
 };
 
-/// Vertices that hang together, each within `distance` (m, >= 0; 0: in exactly its place) of the next, become the
-/// lowest of them, so that kept vertices lie farther apart than that. Which do does not depend on their order. Corners
-/// that fall together go, and with them faces and lines that are none any more. Near-linear time. Refuses tetrahedra
-/// that would lose a corner, by `file`. mesh.vertices keeps the file's own numbers.
+/// Merges clusters of vertices, in which each is within `distance` (m, >= 0; 0: exactly equal positions) of another
+/// one, into their lowest vertex. The remaining vertices are farther apart than that, and the clusters do not depend on
+/// the order. Corners that coincide are removed, and with them degenerate faces and lines. It takes nearly linear time.
+/// mesh.vertices keeps the numbering of the file. Throws InputError, which names `file`, for tetrahedra that would
+/// become degenerate.
 Welded weld(Mesh& mesh, double distance, const std::string& file);
 
-/// Leaves out vertices of no face, line or tetrahedron, unless that are all. The others keep their order, mesh.vertices
-/// the file's own numbers. Returns how many points went.
+/// Removes vertices that no face, line or tetrahedron uses, unless all are unused. The others keep their order;
+/// mesh.vertices keeps the numbering of the file. Returns the number of removed points.
 int drop_unused_points(Mesh& mesh);
 
 }  // namespace malha

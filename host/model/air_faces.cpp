@@ -3,22 +3,22 @@
 
 namespace malha {
 
-void add_air_faces(const Mesh& mesh, const std::vector<int>& name, AirFaces& all) {
-  std::vector<std::vector<int>> around(mesh.points.size());
+void add_air_faces(const Mesh& mesh, const std::vector<int>& solver_index, AirFaces& all) {
+  std::vector<std::vector<int>> incident(mesh.points.size());
   for (Quad face : mesh.faces) {
     for (int& corner : face) {
       if (corner < 0) continue;
-      around[corner].push_back(static_cast<int>(all.faces.size()));
-      corner = name[corner];
+      incident[corner].push_back(static_cast<int>(all.faces.size()));
+      corner = solver_index[corner];
     }
     all.faces.push_back(face);
   }
   if (all.begin.empty()) all.begin = {0};
-  for (std::size_t i = 0; i < around.size(); ++i) {
-    if (around[i].empty()) continue;
-    all.particle.push_back(name[i]);
-    all.around.insert(all.around.end(), around[i].begin(), around[i].end());
-    all.begin.push_back(static_cast<int>(all.around.size()));
+  for (std::size_t i = 0; i < incident.size(); ++i) {
+    if (incident[i].empty()) continue;
+    all.particle.push_back(solver_index[i]);
+    all.incident.insert(all.incident.end(), incident[i].begin(), incident[i].end());
+    all.begin.push_back(static_cast<int>(all.incident.size()));
   }
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The faces that the air acts on, and those round each particle.
+// Faces on which the air acts, and the incident faces of each particle.
 #pragma once
 #include <vector>
 
@@ -9,11 +9,12 @@ namespace malha {
 
 struct AirFaces {
   std::vector<Quad> faces;
-  std::vector<int> particle;       // with a face; pinned ones too, that may be let go
-  std::vector<int> begin, around;  // the faces of item k are around[begin[k]] .. around[begin[k + 1] - 1]
+  std::vector<int> particle;  // particles with a face, including pinned ones, which may be released
+  // The faces of particle[k] are incident[begin[k]] .. incident[begin[k + 1] - 1].
+  std::vector<int> begin, incident;
 };
 
-/// Adds those of a mesh. Particle i of it becomes name[i].
-void add_air_faces(const Mesh& mesh, const std::vector<int>& name, AirFaces& all);
+/// Adds the faces of a mesh whose point i is the particle solver_index[i].
+void add_air_faces(const Mesh& mesh, const std::vector<int>& solver_index, AirFaces& all);
 
 }  // namespace malha

@@ -28,10 +28,10 @@ Mesh load_body(const Scene& scene, std::size_t index, int& zero_area_faces, std:
                               (std::holds_alternative<MeshDataShape>(spec.shape) ? "list" : "file") + "'s numbers";
   if (const auto* file = std::get_if<MeshFile>(&spec.shape)) {
     if (file->weld) {
-      const auto [merged, gone] = weld(mesh, *file->weld, file->path);
+      const auto [merged, removed] = weld(mesh, *file->weld, file->path);
       if (merged > 0)
         notes.push_back(body + "welded " + counted(merged, "vertex", "vertices") + " to others" +
-                        (gone > 0 ? ", by which " + counted(gone, "face or line", "faces or lines") + " went" : "") +
+                        (removed > 0 ? ", which removed " + counted(removed, "face or line", "faces or lines") : "") +
                         numbers);
     }
   }
@@ -47,17 +47,18 @@ Mesh load_body(const Scene& scene, std::size_t index, int& zero_area_faces, std:
   return mesh;
 }
 
-Body make_body(const Scene& scene, std::size_t index, Mesh mesh, const Torn* torn) {
+Body make_body(const Scene& scene, std::size_t index, Mesh mesh, const TearState* torn) {
   const BodySpec& spec = scene.bodies[index];
   Body body;
   body.mesh = std::move(mesh);
-  body.holds = find_holds(scene, index, body.mesh);
-  if (tears(scene) && !body.mesh.tetrahedra.empty())
+  body.boundary = find_boundary_conditions(scene, index, body.mesh);
+  if (can_tear(scene) && !body.mesh.tetrahedra.empty())
     refuse(scene.file, pointer("bodies", index, "shape"), "tetrahedra in a scene with a body that tears",
            "bodies of faces and lines there");
   if (torn)
-    for (const Split& split : *torn->done)
-      if (split.body == static_cast<int>(index)) apply(split, body.mesh), split_holds(split.vertex, body.holds);
+    for (const Split& split : *torn->splits)
+      if (split.body == static_cast<int>(index))
+        apply(split, body.mesh), split_boundary_conditions(split.vertex, body.boundary);
   body.edges = edges(body.mesh);
   body.mass = spec.mass ? masses_by_total(body.mesh, *spec.mass) : masses_by_density(body.mesh, *spec.density);
   for (std::size_t i = 0; i < body.mass.size(); ++i)
@@ -72,7 +73,7 @@ EnvironmentMesh load_environment(const Scene& scene, std::size_t e, int& zero_ar
   const EnvironmentSpec& spec = scene.environment[e];
   const std::string file = origin(scene, spec.shape);
   EnvironmentMesh mesh{spec, make_mesh(spec.shape)};
-  // Its vertices are nobody's particles: those in one place are one, and those of no face do not matter.
+  // The vertices of the environment are not particles: equal positions may be merged, and unused vertices may stay.
   if (const auto* of = std::get_if<MeshFile>(&spec.shape)) weld(mesh.mesh, of->weld.value_or(0), file);
   zero_area_faces += check_mesh(mesh.mesh, file, true).zero_area_faces;
   if (mesh.mesh.faces.empty())
@@ -81,7 +82,7 @@ EnvironmentMesh load_environment(const Scene& scene, std::size_t e, int& zero_ar
   if (spec.sides == Sides::Solid)
     require_closed(mesh.mesh, file,
                    "a solid needs a closed mesh (object '" + spec.name + "'; for a sheet: \"sides\": \"two_sided\")");
-  mesh.mesh.vertices = {};  // named no more
+  mesh.mesh.vertices = {};  // no later message names them
   return mesh;
 }
 

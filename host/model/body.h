@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A body before it is part of a model: its mesh, read or made, with what hangs on it. And the shapes of the
-// environment.
+// Bodies before they become part of a model: the mesh, which is read or generated, boundary conditions, edges and
+// masses; and the meshes of the environment.
 #pragma once
 #include <cstddef>
 #include <string>
@@ -11,28 +11,29 @@
 
 namespace malha {
 
-/// A body's mesh with what hangs on it, in the body's own numbering.
+/// A body in its own numbering of particles.
 struct Body {
   Mesh mesh;
   std::vector<Edge> edges;
-  Holds holds;
-  std::vector<double> mass;
+  BoundaryConditions boundary;
+  std::vector<double> mass;  // kg, of each particle
 };
 
-/// Where a body's or environment's shape is written, for messages: the mesh file, or the scene.
+/// The file that defines a shape, for messages: the mesh file, or the scene.
 std::string origin(const Scene& scene, const Shape& shape);
 
-/// The place of `key` of the index-th thing in one of the scene's lists: "/bodies/2/shape".
+/// The JSON pointer of a key of an item of a list of the scene, such as "/bodies/2/shape".
 std::string pointer(const char* list, std::size_t index, const char* key);
 
-/// The scene's body `index`: its mesh loaded or made, welded, checked and placed. Adds to the faces without area and to
-/// what a person should know of it. Throws InputError.
+/// Reads or generates the mesh of scene.bodies[index], welds and checks it, and applies the transform. Adds the number
+/// of faces without area to `zero_area_faces`, and lines for the user to `notes`. Throws InputError.
 Mesh load_body(const Scene& scene, std::size_t index, int& zero_area_faces, std::vector<std::string>& notes);
 
-/// The mesh with its pins, masses (kg) and edges, split as far as it is torn. Throws InputError.
-Body make_body(const Scene& scene, std::size_t index, Mesh mesh, const Torn* torn);
+/// Builds scene.bodies[index] from its mesh: boundary conditions, edges and masses, after the splits of `torn`, which
+/// may be null. Throws InputError.
+Body make_body(const Scene& scene, std::size_t index, Mesh mesh, const TearState* torn);
 
-/// The scene's environment object `index`, likewise. Throws InputError.
+/// Reads or generates, welds, checks and transforms the mesh of scene.environment[index]. Throws InputError.
 EnvironmentMesh load_environment(const Scene& scene, std::size_t index, int& zero_area_faces);
 
 }  // namespace malha

@@ -9,9 +9,10 @@ namespace malha {
 
 namespace {
 
-constexpr int kLeaf = 8;
+constexpr int kLeaf = 8;  // largest number of boxes in a leaf
 
-bool holds(const BoundingBox& a, const BoundingBox& b) {
+/// True if box a contains box b.
+bool contains(const BoundingBox& a, const BoundingBox& b) {
   for (int k = 0; k < 3; ++k)
     if (a.low[k] > b.low[k] || b.high[k] > a.high[k]) return false;
   return true;
@@ -34,7 +35,7 @@ BoxTree::BoxTree(std::vector<BoundingBox> boxes) : boxes_(std::move(boxes)), ord
   for (int k = 0; k < 3; ++k) largest_ = std::max({largest_, std::abs(low[k]), std::abs(high[k])});
 }
 
-/// Halves by the middles of the boxes, along the direction in which these spread most.
+/// Splits the boxes at the median of their centres, along the axis on which the centres spread most.
 int BoxTree::build(int begin, int end) {
   const int n = static_cast<int>(nodes_.size());
   BoundingBox all = boxes_[order_[begin]], middles{{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
@@ -63,19 +64,19 @@ BoxTree::Segment BoxTree::segment_of(const Vec3& a, const Vec3& b) const {
   Segment segment{a, {}, {}, 0};
   double largest = largest_;
   for (int k = 0; k < 3; ++k) largest = std::max({largest, std::abs(a[k]), std::abs(b[k])});
-  segment.slack = 4e-12 * largest;  // a little too many rather than one too few
+  segment.slack = 4e-12 * largest;  // conservative: rather some boxes too many than one too few
   for (int k = 0; k < 3; ++k) {
-    segment.around.low[k] = std::min(a[k], b[k]) - segment.slack;
-    segment.around.high[k] = std::max(a[k], b[k]) + segment.slack;
+    segment.bounds.low[k] = std::min(a[k], b[k]) - segment.slack;
+    segment.bounds.high[k] = std::max(a[k], b[k]) + segment.slack;
     const double along = b[k] - a[k];
     segment.per[k] = std::abs(along) > segment.slack ? 1 / along : 0;
   }
   return segment;
 }
 
-/// By the parts of the segment that lie between each pair of the box's planes, if their boxes overlap at all.
+/// Slab test: intersects the ranges of the segment between each pair of parallel planes of the box.
 bool BoxTree::touches(const BoundingBox& box, const Segment& segment) {
-  if (!overlap(box, segment.around)) return false;
+  if (!overlap(box, segment.bounds)) return false;
   double from = 0, to = 1;
   for (int k = 0; k < 3; ++k) {
     if (segment.per[k] == 0) continue;
@@ -89,16 +90,16 @@ bool BoxTree::touches(const BoundingBox& box, const Segment& segment) {
 std::int64_t BoxTree::count_overlaps(const BoundingBox& box) const {
   std::int64_t count = 0;
   if (nodes_.empty()) return 0;
-  int waiting[64], left = 0;
-  waiting[left++] = 0;
+  int stack[64], left = 0;
+  stack[left++] = 0;
   while (left > 0) {
-    const int n = waiting[--left];
+    const int n = stack[--left];
     const Node& node = nodes_[n];
     if (!overlap(node.bounds, box)) continue;
-    if (holds(box, node.bounds)) {
+    if (contains(box, node.bounds)) {
       count += node.end - node.begin;
     } else if (node.second > 0) {
-      waiting[left++] = node.second, waiting[left++] = n + 1;
+      stack[left++] = node.second, stack[left++] = n + 1;
     } else {
       for (int k = node.begin; k < node.end; ++k) count += overlap(boxes_[order_[k]], box) ? 1 : 0;
     }

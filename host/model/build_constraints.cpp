@@ -15,15 +15,15 @@ namespace malha {
 
 namespace {
 
-class Connector {
+class ConstraintBuilder {
  public:
-  Connector(Model& model, std::vector<Body>& bodies, const std::vector<int>& solver_of, bool torn)
+  ConstraintBuilder(Model& model, std::vector<Body>& bodies, const std::vector<int>& solver_of, bool torn)
       : model_(model), bodies_(bodies), solver_of_(solver_of), torn_(torn) {}
 
-  /// Kind by kind in the registry's order, whatever the order in the scene, so that a sweep is the same.
+  /// Adds the constraints kind by kind in the registry's order, so that sweeps do not depend on the order in the scene.
   void run() {
     if (!torn_)
-      for (std::size_t b = 0; b < bodies_.size(); ++b) note_other_materials(b);
+      for (std::size_t b = 0; b < bodies_.size(); ++b) note_anisotropy(b);
     for_each_constraint([this]<class Kind>(Kind) {
       each_spec(Kind::name, [this](std::size_t b, const ConstraintSpec& spec, const std::string& place) {
         add_set<Kind>(b, spec, place);
@@ -33,7 +33,7 @@ class Connector {
       if (bodies_[b].mesh.tetrahedra.empty()) continue;
       model_.tetrahedra.push_back(std::move(bodies_[b].mesh.tetrahedra));
       for (Tetrahedron& t : model_.tetrahedra.back())
-        for (int& corner : t) corner = solver_of_[model_.look.body_begin[b] + corner];
+        for (int& corner : t) corner = solver_of_[model_.render_mesh.body_begin[b] + corner];
     }
     each_spec("pressure",
               [this](std::size_t b, const ConstraintSpec& spec, const std::string&) { add_pressure(b, spec); });
@@ -55,11 +55,11 @@ class Connector {
 
   template <class Kind>
   void add_set(std::size_t b, const ConstraintSpec& spec, const std::string& place) {
-    auto [all, remainder, crowded] = list_elements(Kind::element, bodies_[b], spec, shear_of(b));
-    if (crowded > 0) note_crowded(b, Kind::name, crowded);
+    auto [all, remainder, non_manifold] = list_elements(Kind::element, bodies_[b], spec, shear_of(b));
+    if (non_manifold > 0) note_crowded(b, Kind::name, non_manifold);
     if (all.particles.empty() && remainder.particles.empty()) {
-      if (torn_) return;  // to pieces
-      refuse(model_.scene.file, place, "a mesh that offers " + std::string(Kind::name) + " nothing to act on",
+      if (torn_) return;  // the body may be torn to pieces without elements
+      refuse(model_.scene.file, place, "a mesh without elements for " + std::string(Kind::name),
              facts_of(Kind::element).needed);
     }
     add_elements<Kind>(b, spec, std::move(all));
@@ -79,16 +79,16 @@ class Connector {
     return edges > 0 ? diagonals / edges : 0;
   }
 
-  /// Where the mesh makes another sheet of a rigidity: by half as stiff, or as soft, again in some direction.
-  void note_other_materials(std::size_t b) {
-    constexpr double most = 1.5;
+  /// Adds a note if the mesh is not isotropic: in some direction over 1.5 times as stiff or as soft as its rigidity.
+  void note_anisotropy(std::size_t b) {
+    constexpr double tolerated = 1.5;
     const Body& body = bodies_[b];
     if (!body.mesh.tetrahedra.empty()) return;
     const auto note = [&](const std::string& type, const Isotropy& found, const std::string& cells,
                           const char* instead) {
-      if (found.least * most >= 1 && found.most <= most) return;
+      if (found.softest * tolerated >= 1 && found.stiffest <= tolerated) return;
       model_.notes.push_back("body '" + model_.scene.bodies[b].name + "': its \"" + type + "\" is " +
-                             shown(two_digits(found.least)) + " to " + shown(two_digits(found.most)) +
+                             shown(two_digits(found.softest)) + " to " + shown(two_digits(found.stiffest)) +
                              " times as stiff as its \"rigidity\" says, by direction, on " + cells + "; take \"" +
                              instead + "\" (scenes/README.md, Materials)");
     };
@@ -121,8 +121,8 @@ class Connector {
   template <class Kind>
   void add_elements(std::size_t b, const ConstraintSpec& spec, Elements all) {
     if (all.particles.empty()) return;
-    drop_what_is_pinned(all, Kind::particles, bodies_[b].holds.pinned);
-    for (int& i : all.particles) i = solver_of_[model_.look.body_begin[b] + i];
+    drop_pinned(all, Kind::particles, bodies_[b].boundary.pinned);
+    for (int& i : all.particles) i = solver_of_[model_.render_mesh.body_begin[b] + i];
     const SolverSpec& solver = model_.scene.solver;
     const std::optional<double> compliance = compliance_of<Kind>(spec);
     if (solver.type == "desbrun" && Kind::filtered == Filtered::Spring) {
@@ -144,8 +144,8 @@ class Connector {
     set.softness.insert(set.softness.end(), all.softness.begin(), all.softness.end());
   }
 
-  /// Constraints that could move nothing.
-  static void drop_what_is_pinned(Elements& all, int arity, const std::vector<bool>& pinned) {
+  /// Removes elements whose particles are all pinned.
+  static void drop_pinned(Elements& all, int arity, const std::vector<bool>& pinned) {
     std::size_t kept = 0;
     for (std::size_t c = 0; c < all.particles.size() / arity; ++c) {
       const int* of = &all.particles[c * arity];
@@ -158,7 +158,7 @@ class Connector {
     if (!all.softness.empty()) all.softness.resize(kept);
   }
 
-  /// By itself or from a material's modulus.
+  /// The compliance of a constraint, given or from the modulus of its material.
   template <class Kind>
   static std::optional<double> compliance_of(const ConstraintSpec& spec) {
     if constexpr (!Kind::strength.accepts_stiffness)
@@ -182,36 +182,37 @@ class Connector {
                    "pressure needs a closed mesh (body '" + model_.scene.bodies[b].name + "')");
     PressureSet set{spec.parameter, spec.stiffness, spec.compliance, {}, triangles(mesh)};
     for (Triangle& t : set.triangles)
-      for (int& corner : t) corner = solver_of_[model_.look.body_begin[b] + corner];
+      for (int& corner : t) corner = solver_of_[model_.render_mesh.body_begin[b] + corner];
     for (std::size_t i = 0; i < mesh.points.size(); ++i)
-      set.particles.push_back(solver_of_[model_.look.body_begin[b] + i]);
+      set.particles.push_back(solver_of_[model_.render_mesh.body_begin[b] + i]);
     model_.pressures.push_back(std::move(set));
   }
 
   /// The solver's particles of a body.
-  std::vector<int> names(std::size_t b) const {
-    const auto first = solver_of_.begin() + model_.look.body_begin[b];
+  std::vector<int> solver_particles(std::size_t b) const {
+    const auto first = solver_of_.begin() + model_.render_mesh.body_begin[b];
     return {first, first + static_cast<std::ptrdiff_t>(bodies_[b].mesh.points.size())};
   }
 
   void add_long_range(std::size_t b, const ConstraintSpec& spec, const std::string& place) {
     const Body& body = bodies_[b];
     const int before = model_.long_range.items();
-    attach_long_range(body.mesh, body.edges, body.holds.pinned, spec.parameter, names(b), model_.long_range);
+    attach_long_range(body.mesh, body.edges, body.boundary.pinned, spec.parameter, solver_particles(b),
+                      model_.long_range);
     if (model_.long_range.items() > before) return;
-    const auto& pinned = body.holds.pinned;
+    const auto& pinned = body.boundary.pinned;
     if (std::find(pinned.begin(), pinned.end(), false) == pinned.end()) return;
-    const bool stays = std::find(pinned.begin(), pinned.end(), true) != pinned.end();
-    const bool goes =
-        std::any_of(body.holds.moved.begin(), body.holds.moved.end(), [](const auto& m) { return m.release_time; });
+    const bool has_pin = std::find(pinned.begin(), pinned.end(), true) != pinned.end();
+    const bool released = std::any_of(body.boundary.moved.begin(), body.boundary.moved.end(),
+                                      [](const auto& m) { return m.release_time; });
     refuse(model_.scene.file, place,
-           std::string(stays ? "no particle that is connected with a pin" : "no pin") +
-               (goes ? " but those that are let go, at their \"release_time\"" : ""),
-           "long-range attachments on a body with pins that are never let go");
+           std::string(has_pin ? "no particle that is connected with a pin" : "no pin") +
+               (released ? " but those with a \"release_time\"" : ""),
+           "long-range attachments on a body with pins without \"release_time\"");
   }
 
   void add_air() {
-    for (std::size_t b = 0; b < bodies_.size(); ++b) add_air_faces(bodies_[b].mesh, names(b), model_.air);
+    for (std::size_t b = 0; b < bodies_.size(); ++b) add_air_faces(bodies_[b].mesh, solver_particles(b), model_.air);
     if (model_.air.particle.empty())
       refuse(model_.scene.file, "/wind/density", "air on the faces of bodies without faces",
              "a body with faces, or 'drag' alone");
@@ -225,8 +226,8 @@ class Connector {
 
 }  // namespace
 
-void connect(Model& model, std::vector<Body>& bodies, const std::vector<int>& solver_of, bool torn) {
-  Connector(model, bodies, solver_of, torn).run();
+void build_constraints(Model& model, std::vector<Body>& bodies, const std::vector<int>& solver_of, bool torn) {
+  ConstraintBuilder(model, bodies, solver_of, torn).run();
 }
 
 }  // namespace malha

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The constraints of a model, and what else acts on the particles of a body together.
+// Building of the constraints of a model from its bodies, including pressure, long-range attachments and air.
 #pragma once
 #include <vector>
 
@@ -8,9 +8,9 @@
 
 namespace malha {
 
-/// Lists what the scene's bodies name, and the air on their faces, in the solver's numbering: `solver_of` is the
-/// solver's particle of each of the user's. Takes the tetrahedra out of the bodies' meshes. A torn body may have
-/// nothing left for a constraint to act on. Throws InputError.
-void connect(Model& model, std::vector<Body>& bodies, const std::vector<int>& solver_of, bool torn);
+/// Adds the constraints of the scene's bodies, and the faces on which air acts, to the model, in the solver's
+/// numbering. `solver_of` maps the user's particles to the solver's. The tetrahedra are moved from the bodies to the
+/// model. With `torn` a constraint without elements is allowed. Throws InputError.
+void build_constraints(Model& model, std::vector<Body>& bodies, const std::vector<int>& solver_of, bool torn);
 
 }  // namespace malha

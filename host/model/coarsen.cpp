@@ -14,19 +14,19 @@ namespace malha {
 
 namespace {
 
-inline constexpr int kMostParents = 4;
-inline constexpr double kSmallWeight = 0.02;  // what is less is left out
+inline constexpr int kMaxParents = 4;
+inline constexpr double kMinWeight = 0.02;  // parents with a smaller weight are left out
 
-/// A coarse particle as seen from a finer one: the way to it, in the finer one's tangent plane.
+/// A coarse particle on which a finer one depends.
 struct Parent {
-  int of;  // its number among the coarse ones
-  Vector way;
+  int of;         // index of the coarse particle
+  Vector offset;  // m, from the finer particle to it, in the tangent plane of the finer one
   double weight = 1;
 };
 
-/// At most kMostParents of them, in one place.
+/// A list of at most kMaxParents parents without heap memory.
 struct Parents {
-  std::array<Parent, kMostParents> of;
+  std::array<Parent, kMaxParents> of;
   int count = 0;
   Parent* begin() { return of.data(); }
   Parent* end() { return of.data() + count; }
@@ -34,28 +34,28 @@ struct Parents {
   const Parent* end() const { return of.data() + count; }
 };
 
-constexpr double kTie = 0.01;  // weights that differ by less are equal
+constexpr double kTie = 0.01;  // weights with a smaller relative difference count as equal
 
 struct Neighbour {
   int of;
   double length;  // m
 };
 
-/// Those least far from reproducing the particle's own place, and near ones rather than far ones: they minimise
-/// |sum w way|^2 + e sum w^2 |way|^2 with sum w = 1 and w >= 0.
-void weigh(Parents& parents) {
+/// Computes the weights that best reproduce the particle's position, and prefers near parents to far ones: they
+/// minimise |sum w offset|^2 + e sum w^2 |offset|^2 with sum w = 1 and w >= 0.
+void compute_weights(Parents& parents) {
   constexpr double e = 0.02;
   while (parents.count > 0) {
     const int n = parents.count;
     double h2 = 0;
-    for (const Parent& p : parents) h2 = std::max(h2, dot(p.way, p.way));
-    std::array<std::array<double, kMostParents + 1>, kMostParents> rows{};
+    for (const Parent& p : parents) h2 = std::max(h2, dot(p.offset, p.offset));
+    std::array<std::array<double, kMaxParents + 1>, kMaxParents> rows{};
     for (int i = 0; i < n; ++i) {
-      for (int j = 0; j < n; ++j) rows[i][j] = h2 > 0 ? dot(parents.of[i].way, parents.of[j].way) / h2 : 0;
+      for (int j = 0; j < n; ++j) rows[i][j] = h2 > 0 ? dot(parents.of[i].offset, parents.of[j].offset) / h2 : 0;
       rows[i][i] += e * rows[i][i] + 1e-9;
       rows[i][n] = 1;
     }
-    for (int k = 0; k < n; ++k)  // positive definite: no pivots
+    for (int k = 0; k < n; ++k)  // Gauss-Jordan; the matrix is positive definite, so that no pivoting is needed
       for (int i = 0; i < n; ++i) {
         if (i == k) continue;
         const double f = rows[i][k] / rows[k][k];
@@ -66,7 +66,7 @@ void weigh(Parents& parents) {
     for (Parent& p : parents) p.weight /= sum;
     Parent* least = std::min_element(parents.begin(), parents.end(),
                                      [](const Parent& a, const Parent& b) { return a.weight < b.weight; });
-    if (n == 1 || least->weight >= kSmallWeight) return;
+    if (n == 1 || least->weight >= kMinWeight) return;
     std::copy(least + 1, parents.end(), least);
     --parents.count;
   }
@@ -76,18 +76,18 @@ class Coarsener {
  public:
   Coarsener(const RestGraph& fine, int threads) : fine_(fine), threads_(threads) {}
 
-  Coarser coarsen() {
-    connect();
+  Coarsening coarsen() {
+    build_adjacency();
     choose();
     find_parents();
-    gather();
-    find_main();
-    link();
+    compute_transfer();
+    find_main_parents();
+    build_links();
     return std::move(coarse_);
   }
 
  private:
-  void connect() {
+  void build_adjacency() {
     const int n = fine_.count();
     begin_.assign(n + 1, 0);
     for (const Link& l : fine_.links) ++begin_[l.a + 1], ++begin_[l.b + 1];
@@ -107,45 +107,47 @@ class Coarsener {
     for (int k = begin_[i]; k < begin_[i + 1]; ++k) visit(near_[k]);
   }
 
-  /// An independent set, pins first; then by a front that goes out from them, so that of grids it takes every second
-  /// row and column.
+  /// Chooses a maximal independent set: pins first, then along a front that advances from them, so that on grids it is
+  /// every second row and column.
   void choose() {
     const int n = fine_.count();
     state_.assign(n, State::Unknown);
     std::vector<int> front;
     for (int i = 0; i < n; ++i)
-      if (fine_.pinned[i] && state_[i] == State::Unknown) take(i, true), front.push_back(i);
-    for (const int i : front) leave_neighbours(i, false);
-    std::vector<std::uint8_t> seen(n, 0);
-    for (const int i : front) seen[i] = 1;
+      if (fine_.pinned[i] && state_[i] == State::Unknown) choose_particle(i, true), front.push_back(i);
+    for (const int i : front) exclude_neighbours(i, false);
+    std::vector<std::uint8_t> visited(n, 0);
+    for (const int i : front) visited[i] = 1;
     for (std::size_t next = 0, start = 0; next < front.size() || start < static_cast<std::size_t>(n);) {
       if (next == front.size()) {
-        if (!seen[start]) seen[start] = 1, front.push_back(static_cast<int>(start));
+        if (!visited[start]) visited[start] = 1, front.push_back(static_cast<int>(start));
         ++start;
         continue;
       }
       const int i = front[next++];
-      if (state_[i] == State::Unknown) take(i, false);
+      if (state_[i] == State::Unknown) choose_particle(i, false);
       for_each_neighbour(i, [&](const Neighbour& j) {
-        if (!seen[j.of]) seen[j.of] = 1, front.push_back(j.of);
+        if (!visited[j.of]) visited[j.of] = 1, front.push_back(j.of);
       });
     }
   }
-  void take(int i, bool pins_only) {
+  void choose_particle(int i, bool pins_only) {
     state_[i] = State::Chosen;
-    leave_neighbours(i, pins_only);
+    exclude_neighbours(i, pins_only);
   }
-  void leave_neighbours(int i, bool pins_only) {
+  void exclude_neighbours(int i, bool pins_only) {
     for_each_neighbour(i, [&](const Neighbour& j) {
-      if (state_[j.of] == State::Unknown && (!pins_only || fine_.pinned[j.of])) state_[j.of] = State::Left;
+      if (state_[j.of] == State::Unknown && (!pins_only || fine_.pinned[j.of])) state_[j.of] = State::Excluded;
     });
   }
 
-  Vector way(int from, int to, double length) const {
-    return along(fine_.x[to] - fine_.x[from], fine_.normal[from], length);
+  /// The offset from a particle to a neighbour in the tangent plane, with the given length.
+  Vector offset(int from, int to, double length) const {
+    return tangent_vector(fine_.x[to] - fine_.x[from], fine_.normal[from], length);
   }
 
-  /// And further chosen ones where they are needed, as at a rim that the front did not end on.
+  /// Finds the parents of all particles, and chooses further coarse particles where the parents do not surround a
+  /// particle, as at a boundary that the front did not meet.
   void find_parents() {
     const int n = fine_.count();
     parents_.resize(n);
@@ -169,87 +171,92 @@ class Coarsener {
     const auto may = [&](int j) { return state_[j] == State::Chosen && (!fine_.pinned[i] || fine_.pinned[j]); };
     std::vector<Parent> near;
     for_each_neighbour(i, [&](const Neighbour& j) {
-      if (may(j.of)) note(near, j.of, way(i, j.of, j.length));
+      if (may(j.of)) add_parent(near, j.of, offset(i, j.of, j.length));
     });
     Parents parents = nearest(near);
-    weigh(parents);
-    if (astray(parents) <= kAtHome) return parents;
+    compute_weights(parents);
+    if (reproduction_error(parents) <= kReproduced) return parents;
     for_each_neighbour(i, [&](const Neighbour& j) {
-      const Vector first = way(i, j.of, j.length);
+      const Vector first = offset(i, j.of, j.length);
       for_each_neighbour(j.of, [&](const Neighbour& k) {
-        if (may(k.of)) note(near, k.of, first + turned(way(j.of, k.of, k.length), fine_.normal[j.of], fine_.normal[i]));
+        if (may(k.of))
+          add_parent(near, k.of,
+                     first + parallel_transport(offset(j.of, k.of, k.length), fine_.normal[j.of], fine_.normal[i]));
       });
     });
     parents = nearest(near);
-    weigh(parents);
+    compute_weights(parents);
     return parents;
   }
 
-  /// Of these, particles that no parents surround become coarse themselves, those next to another one first. Which
-  /// ones are to be looked at again.
+  /// Makes those of the given particles coarse that their parents do not surround, those nearest to a parent first.
+  /// Returns the particles whose parents have to be found again.
   std::vector<int> choose_outside(const std::vector<int>& all) {
     struct Outside {
-      double nearest;  // logarithm, rounded
+      double nearest;  // logarithm of the squared distance to the nearest parent, rounded
       int i;
     };
     std::vector<Outside> outside;
     for (const int i : all)
-      if (!fine_.pinned[i] && state_[i] == State::Left && astray(parents_[i]) > kOutside) {
+      if (!fine_.pinned[i] && state_[i] == State::Excluded && reproduction_error(parents_[i]) > kOutside) {
         double nearest2 = HUGE_VAL;
-        for (const Parent& p : parents_[i]) nearest2 = std::min(nearest2, dot(p.way, p.way));
+        for (const Parent& p : parents_[i]) nearest2 = std::min(nearest2, dot(p.offset, p.offset));
         outside.push_back({std::round(std::log(nearest2) / kTie), i});
       }
     std::stable_sort(outside.begin(), outside.end(),
                      [](const Outside& a, const Outside& b) { return a.nearest < b.nearest; });
     std::vector<bool> beside(fine_.count(), false), listed(fine_.count(), false);
     std::vector<int> again;
-    const auto look_again = [&](int i) {
+    const auto repeat = [&](int i) {
       if (!listed[i]) listed[i] = true, again.push_back(i);
     };
     for (const Outside& o : outside) {
       if (beside[o.i]) continue;
       state_[o.i] = State::Chosen;
-      look_again(o.i);
+      repeat(o.i);
       for_each_neighbour(o.i, [&](const Neighbour& j) {
         beside[j.of] = true;
-        look_again(j.of);
-        for_each_neighbour(j.of, [&](const Neighbour& k) { look_again(k.of); });
+        repeat(j.of);
+        for_each_neighbour(j.of, [&](const Neighbour& k) { repeat(k.of); });
       });
     }
     return again;
   }
 
-  static void note(std::vector<Parent>& parents, int of, const Vector& way) {
+  /// Adds a parent; if it is known, the shorter offset is kept.
+  static void add_parent(std::vector<Parent>& parents, int of, const Vector& offset) {
     for (Parent& p : parents)
       if (p.of == of) {
-        if (dot(way, way) < dot(p.way, p.way)) p.way = way;
+        if (dot(offset, offset) < dot(p.offset, p.offset)) p.offset = offset;
         return;
       }
-    parents.push_back({of, way});
+    parents.push_back({of, offset});
   }
-  /// Of those as far away, rounding aside, the first by number: grids stay regular.
+  /// The nearest parents. Of those at equal distances, up to rounding, the lowest indices are chosen, so that grids
+  /// stay regular.
   static Parents nearest(std::vector<Parent>& near) {
     double h2 = 0;
-    for (const Parent& p : near) h2 = std::max(h2, dot(p.way, p.way));
-    const auto rounded = [h2](const Parent& p) { return std::llround(1e6 * dot(p.way, p.way) / h2); };
+    for (const Parent& p : near) h2 = std::max(h2, dot(p.offset, p.offset));
+    const auto rounded = [h2](const Parent& p) { return std::llround(1e6 * dot(p.offset, p.offset) / h2); };
     std::sort(near.begin(), near.end(), [&](const Parent& a, const Parent& b) {
       const auto u = rounded(a), v = rounded(b);
       return u != v ? u < v : a.of < b.of;
     });
     Parents parents;
-    parents.count = std::min(static_cast<int>(near.size()), kMostParents);
+    parents.count = std::min(static_cast<int>(near.size()), kMaxParents);
     std::copy_n(near.begin(), parents.count, parents.of.begin());
     return parents;
   }
-  /// How far their mean is from the particle, over the farthest of them, squared. Without parents: very far.
-  static double astray(const Parents& parents) {
+  /// The squared distance from the particle to the mean of its parents, over that to the farthest parent; infinite
+  /// without parents.
+  static double reproduction_error(const Parents& parents) {
     Vector mean{0, 0, 0};
     double h2 = 0;
-    for (const Parent& p : parents) mean = mean + p.way * p.weight, h2 = std::max(h2, dot(p.way, p.way));
+    for (const Parent& p : parents) mean = mean + p.offset * p.weight, h2 = std::max(h2, dot(p.offset, p.offset));
     return parents.count == 0 ? HUGE_VAL : h2 > 0 ? dot(mean, mean) / h2 : 0;
   }
 
-  /// The one of the largest weight; of several the first by number.
+  /// The parent with the largest weight; of several the one with the lowest index.
   int main_parent(int i) const {
     double largest = 0;
     for (const Parent& p : parents_[i]) largest = std::max(largest, p.weight);
@@ -259,7 +266,8 @@ class Coarsener {
     return best;
   }
 
-  /// Calls visit(i, parent) for all that coarse particles are the mass centres of: pins of themselves alone.
+  /// Calls visit(i, parent) for each finer particle i that contributes to the mass centre of a coarse one. Pinned
+  /// coarse particles are made from one pinned particle only.
   template <class Visit>
   void for_each_part(const Visit& visit) const {
     for (int i = 0; i < fine_.count(); ++i)
@@ -267,37 +275,38 @@ class Coarsener {
         if (chosen_of_[i] == p.of || !(fine_.pinned[i] || fine_.pinned[coarse_.chosen[p.of]])) visit(i, p);
   }
 
-  /// The coarse particles, as mass centres, and both kinds of means.
-  void gather() {
+  /// Computes the coarse particles as mass centres, and the weights of restriction and prolongation.
+  void compute_transfer() {
     const int n = fine_.count(), count = static_cast<int>(coarse_.chosen.size());
     RestGraph& graph = coarse_.graph;
-    Means &down = coarse_.down, &up = coarse_.up;
-    down.reserve(n, kMostParents);
+    Means &prolongation = coarse_.prolongation, &restriction = coarse_.restriction;
+    prolongation.reserve(n, kMaxParents);
     for (int i = 0; i < n; ++i) {
       if (!fine_.pinned[i])
-        for (const Parent& p : parents_[i]) down.of.push_back(p.of), down.weight.push_back(p.weight);
-      down.begin.push_back(static_cast<int>(down.of.size()));
+        for (const Parent& p : parents_[i]) prolongation.of.push_back(p.of), prolongation.weight.push_back(p.weight);
+      prolongation.begin.push_back(static_cast<int>(prolongation.of.size()));
     }
     const auto mass = [&](int i, const Parent& p) { return fine_.pinned[i] ? 1 : p.weight * fine_.mass[i]; };
-    graph.mass.assign(count, 0), up.begin.assign(count + 1, 0);
-    for_each_part([&](int i, const Parent& p) { graph.mass[p.of] += mass(i, p), ++up.begin[p.of + 1]; });
-    std::partial_sum(up.begin.begin(), up.begin.end(), up.begin.begin());
-    up.of.resize(up.begin.back()), up.weight.resize(up.begin.back());
-    graph.mean.assign(count, {0, 0, 0}), aside_.assign(count, {0, 0, 0}), graph.normal.assign(count, {0, 0, 0});
-    std::vector<int> next(up.begin.begin(), up.begin.end() - 1);
+    graph.mass.assign(count, 0), restriction.begin.assign(count + 1, 0);
+    for_each_part([&](int i, const Parent& p) { graph.mass[p.of] += mass(i, p), ++restriction.begin[p.of + 1]; });
+    std::partial_sum(restriction.begin.begin(), restriction.begin.end(), restriction.begin.begin());
+    restriction.of.resize(restriction.begin.back()), restriction.weight.resize(restriction.begin.back());
+    graph.mean.assign(count, {0, 0, 0}), centre_offset_.assign(count, {0, 0, 0}), graph.normal.assign(count, {0, 0, 0});
+    std::vector<int> next(restriction.begin.begin(), restriction.begin.end() - 1);
     for_each_part([&](int i, const Parent& p) {
       const double weight = mass(i, p) / graph.mass[p.of];
-      up.of[next[p.of]] = i, up.weight[next[p.of]++] = weight;
+      restriction.of[next[p.of]] = i, restriction.weight[next[p.of]++] = weight;
       const Vector& normal = fine_.normal[i];
-      aside_[p.of] = aside_[p.of] - turned(p.way, normal, fine_.normal[coarse_.chosen[p.of]]) * weight;
+      centre_offset_[p.of] =
+          centre_offset_[p.of] - parallel_transport(p.offset, normal, fine_.normal[coarse_.chosen[p.of]]) * weight;
       graph.normal[p.of] = graph.normal[p.of] + normal * weight;
       graph.mean[p.of] = graph.mean[p.of] + fine_.mean[i] * weight;
     });
     for (int k = 0; k < count; ++k) {
       const int chosen = coarse_.chosen[k];
       graph.pinned.push_back(fine_.pinned[chosen]);
-      graph.x.push_back(fine_.x[chosen] + aside_[k]);
-      if (!fine_.give.empty()) graph.give.push_back(fine_.give[chosen]);
+      graph.x.push_back(fine_.x[chosen] + centre_offset_[k]);
+      if (!fine_.stretch.empty()) graph.stretch.push_back(fine_.stretch[chosen]);
       const double size = norm(graph.normal[k]);
       graph.folded.push_back(norm(fine_.normal[chosen]) > 0 && size < kFolded);
       if (graph.folded[k])
@@ -307,56 +316,58 @@ class Coarsener {
     }
   }
 
-  /// The way from a particle to the mass centre of its main parent k.
-  Vector way_to(int k, int i) const {
+  /// The offset from particle i to the mass centre of its main parent k.
+  Vector offset_to_centre(int k, int i) const {
     const int chosen = coarse_.chosen[k];
     Vector to{0, 0, 0};
     for (const Parent& p : parents_[i])
-      if (p.of == k) to = p.way;
-    return to + turned(aside_[k], fine_.normal[chosen], fine_.normal[i]);
+      if (p.of == k) to = p.offset;
+    return to + parallel_transport(centre_offset_[k], fine_.normal[chosen], fine_.normal[i]);
   }
 
-  void find_main() {
+  void find_main_parents() {
     main_.resize(fine_.count());
     parallel_for(OpenMP{threads_}, fine_.count(), [&](int i) {
       const int k = main_parent(i);
-      main_[i] = {k, way_to(k, i), fine_.folded[i] || coarse_.graph.folded[k]};
+      main_[i] = {k, offset_to_centre(k, i), fine_.folded[i] || coarse_.graph.folded[k]};
     });
   }
 
-  /// How far apart the main parents of a link's ends are. Where the surface lies on itself, by way of those ends.
-  double apart(const Link& l) const {
+  /// The distance along the surface between the main parents of a link's ends. At folds it is measured along the ends.
+  double parent_distance(const Link& l) const {
     const Main &a = main_[l.a], &b = main_[l.b];
-    if (a.folded || b.folded) return norm(a.way) + l.length + norm(b.way);
-    return norm(way(l.a, l.b, l.length) - a.way + turned(b.way, fine_.normal[l.b], fine_.normal[l.a]));
+    if (a.folded || b.folded) return norm(a.offset) + l.length + norm(b.offset);
+    return norm(offset(l.a, l.b, l.length) - a.offset +
+                parallel_transport(b.offset, fine_.normal[l.b], fine_.normal[l.a]));
   }
-  /// Never shorter than the mass centres are apart at rest; of links that are shorter than that, as much less.
+  /// The length of a coarse link: not below the distance of the mass centres at rest, shortened like the fine link if
+  /// that is shorter than the distance of its ends.
   double coarse_length(const Link& l) const {
     const double shrunk = std::min(1.0, l.length / norm(fine_.x[l.a] - fine_.x[l.b]));
     const std::vector<Vector>& mean = coarse_.graph.mean;
-    return std::max(apart(l), shrunk * norm(mean[main_[l.a].of] - mean[main_[l.b].of]));
+    return std::max(parent_distance(l), shrunk * norm(mean[main_[l.a].of] - mean[main_[l.b].of]));
   }
 
-  /// Where the regions of two parents meet. The longest of the ways over their border: too long does no harm, too short
-  /// would shrink.
-  void link() {
+  /// Links the coarse particles whose regions of finer ones are adjacent. The longest of the lengths across their
+  /// border is taken: a link that is too long does no harm, one that is too short would shrink the body.
+  void build_links() {
     RestGraph& graph = coarse_.graph;
-    std::vector<int> first(graph.count(), -1), next;  // links of each particle, the lower one of two
+    std::vector<int> first(graph.count(), -1), next;  // list of links of each particle that is the lower of their ends
     const auto find = [&](int a, int b) {
       int l = first[std::min(a, b)];
       while (l >= 0 && std::max(graph.links[l].a, graph.links[l].b) != std::max(a, b)) l = next[l];
       return l;
     };
-    const auto joins = [&](int a, int b) { return a != b && !(graph.pinned[a] && graph.pinned[b]); };
+    const auto needs_link = [&](int a, int b) { return a != b && !(graph.pinned[a] && graph.pinned[b]); };
     std::vector<double> length(fine_.links.size(), 0);
     parallel_for(OpenMP{threads_}, static_cast<int>(length.size()), [&](int k) {
       const Link& l = fine_.links[k];
-      if (joins(main_[l.a].of, main_[l.b].of)) length[k] = coarse_length(l);
+      if (needs_link(main_[l.a].of, main_[l.b].of)) length[k] = coarse_length(l);
     });
     for (std::size_t k = 0; k < length.size(); ++k) {
       const Link& l = fine_.links[k];
       const int a = main_[l.a].of, b = main_[l.b].of;
-      if (!joins(a, b)) continue;
+      if (!needs_link(a, b)) continue;
       if (const int known = find(a, b); known >= 0) {
         graph.links[known].length = std::max(graph.links[known].length, length[k]);
       } else {
@@ -369,28 +380,28 @@ class Coarsener {
       if (const int a = main_[e[0]].of, b = main_[e[1]].of; a != b) graph.nearby.push_back({a, b});
   }
 
-  enum class State : std::uint8_t { Unknown, Left, Chosen };
-  static constexpr double kAtHome = 1e-4, kOutside = 0.1;  // of astray()
+  enum class State : std::uint8_t { Unknown, Excluded, Chosen };
+  static constexpr double kReproduced = 1e-4, kOutside = 0.1;  // bounds of reproduction_error()
   static constexpr int kPasses = 3;
   const RestGraph& fine_;
   const int threads_;
   std::vector<int> begin_;
   std::vector<Neighbour> near_;
   std::vector<State> state_;
-  std::vector<int> chosen_of_;  // the coarse particle that each finer one is, -1: none
+  std::vector<int> chosen_of_;  // coarse particle that was made from each finer one, -1: none
   std::vector<Parents> parents_;
   struct Main {
     int of;
-    Vector way;   // to its mass centre
-    bool folded;  // there or here
+    Vector offset;  // m, to its mass centre
+    bool folded;    // a fold at the particle or at the parent
   };
-  std::vector<Main> main_;     // parent of each particle
-  std::vector<Vector> aside_;  // of each coarse particle: where its mass centre is, seen from the chosen one
-  Coarser coarse_;
+  std::vector<Main> main_;             // main parent of each particle
+  std::vector<Vector> centre_offset_;  // from the chosen particle of each coarse one to its mass centre
+  Coarsening coarse_;
 };
 
 }  // namespace
 
-Coarser coarsen(const RestGraph& fine, int threads) { return Coarsener(fine, threads).coarsen(); }
+Coarsening coarsen(const RestGraph& fine, int threads) { return Coarsener(fine, threads).coarsen(); }
 
 }  // namespace malha

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What levels carry of a model: what keeps its particles from moving apart, and how far its weight stretches that.
+// The graph that levels coarsen: the links that keep the particles of a model together, its connected components, and
+// their static stretch.
 #pragma once
 #include <vector>
 
@@ -9,27 +10,27 @@ namespace malha {
 
 struct Model;
 
-/// A connected part of what pulls.
-struct LinkedPart {
+/// A connected component of the links.
+struct GraphComponent {
   int particles = 0;
-  int longest = 0;       // links on the way from the farthest particle to the nearest one that is held
-  bool solid = false;    // of tetrahedra
-  bool elastic = false;  // its links have compliances
-  bool soft = false;     // a sweep leaves a part of their errors: stiffness below 1
-  bool loaded = false;   // more than weight may stretch it at rest: contacts, pins that move
-  double stretch = 0;    // of such ones: the mean strain by which its weight stretches it at rest; 0: nothing hangs
-  double lost = 0;       // h^2 (w_a + w_b) / alpha, the mean: above 1 a sweep of a substep loses the compliance
+  int max_graph_distance = 0;  // links between the farthest particle and its nearest pinned one
+  bool solid = false;          // it consists of tetrahedra
+  bool elastic = false;        // its links have compliances
+  bool soft = false;           // stiffness below 1: a sweep leaves a part of the error
+  bool loaded = false;         // contacts or moving pins may stretch it too, not only its weight
+  double stretch = 0;          // mean static strain by its weight, if it is elastic; 0: it is not suspended
+  double compliance_loss = 0;  // mean of h^2 (w_a + w_b) / alpha; above 1 a sweep of a substep loses the compliance
 };
 
-struct Linkage {
-  std::vector<Link> links;   // in the user's numbers
-  std::vector<Vector> give;  // of each particle (see stretch_by_weight()); empty: nothing is elastic
-  std::vector<int> part;     // of each particle
-  std::vector<LinkedPart> parts;
+struct CoarseningGraph {
+  std::vector<Link> links;      // in the user's numbering
+  std::vector<Vector> stretch;  // of each particle, see stretch_by_weight(); empty: no part is elastic
+  std::vector<int> part;        // component of each particle
+  std::vector<GraphComponent> parts;
 };
 
-/// `w`: of the model's particles now, 1/kg, 0 where they are held. Constraints that are much softer than others of
-/// their part do not count.
-Linkage linkage_of(const Model& model, const std::vector<double>& w);
+/// Builds the graph of a model. `w` are the present inverse masses (1/kg) in the solver's order, 0 for pinned
+/// particles. Constraints that are much softer than others of their component are left out.
+CoarseningGraph coarsening_graph(const Model& model, const std::vector<double>& w);
 
 }  // namespace malha

@@ -11,7 +11,7 @@ namespace malha {
 
 namespace {
 
-/// Sign of the volume that d - a, c - a and b - a span: 0 where rounding could have made it.
+/// Sign of the volume that b - a, c - a and d - a span; 0 if it is within rounding of 0.
 int orientation(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
   const Vec3 u = minus(b, a), v = minus(c, a), w = minus(d, a);
   double volume = 0, size = 0;
@@ -24,21 +24,22 @@ int orientation(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
   return volume > rounding ? 1 : volume < -rounding ? -1 : 0;
 }
 
-/// Of three signs: above 0 if all are alike, below 0 if two are opposite, else 0.
+/// Positive if three signs are equal, negative if two of them are opposite, otherwise 0.
 int agreement(int a, int b, int c) {
   const auto [least, most] = std::minmax({a, b, c});
   return least * most;
 }
 
-/// How the line through p and q passes the triangle: above 0 inside, 0 at its rim, below 0 outside.
+/// Where the line through p and q passes the triangle: positive inside, 0 on the boundary, negative outside.
 int passes(const Vec3& p, const Vec3& q, const Vec3& a, const Vec3& b, const Vec3& c) {
   return agreement(orientation(p, q, a, b), orientation(p, q, b, c), orientation(p, q, c, a));
 }
 
-/// The orientation in a plane, of the area that b - a and c - a span.
+/// Tests in a plane.
 struct InPlane {
   using Point = std::array<double, 2>;
 
+  /// Sign of the area that b - a and c - a span; 0 if it is within rounding of 0.
   static int orientation(const Point& a, const Point& b, const Point& c) {
     const double left = (b[0] - a[0]) * (c[1] - a[1]), right = (b[1] - a[1]) * (c[0] - a[0]);
     const double rounding = 1e-15 * (std::abs(left) + std::abs(right));
@@ -58,7 +59,7 @@ struct InPlane {
   }
 };
 
-/// Where p and q lie in the triangle's plane.
+/// Touching of a segment with a triangle in whose plane it lies.
 bool touches_in_plane(const Vec3& p, const Vec3& q, const Vec3& a, const Vec3& b, const Vec3& c) {
   const Vec3 n = cross(minus(b, a), minus(c, a));
   int along = 0;

@@ -9,7 +9,7 @@ namespace malha {
 
 namespace {
 
-/// Appends what a list holds, and its softness.
+/// Appends elements and their softness.
 template <class List>
 void add_to(Elements& elements, const List& list, const std::vector<double>& softness) {
   for (const auto& one : list) elements.particles.insert(elements.particles.end(), one.begin(), one.end());
@@ -25,7 +25,7 @@ ListedElements list_elements(Element element, const Body& body, const Constraint
     add_to(listed.all, list, softness);
   };
   const bool material = spec.rigidity.has_value();
-  switch (element) {  // without a default: the compiler names the element that is missing
+  switch (element) {  // without a default, so that the compiler reports a missing element
     case Element::Edges:
       for (const std::string& on : spec.elements)
         if (on == "shear")
@@ -35,11 +35,11 @@ ListedElements list_elements(Element element, const Body& body, const Constraint
       break;
     case Element::Hinges:
       if (material) {
-        const PlateHinges of_plate = plate_hinges(mesh, body.holds.pinned);
-        listed.crowded = of_plate.crowded;
+        const PlateHinges of_plate = plate_hinges(mesh, body.boundary.pinned);
+        listed.non_manifold = of_plate.non_manifold;
         add(of_plate.list, of_plate.softness);
       } else {
-        add(hinges(mesh, &listed.crowded));
+        add(hinges(mesh, &listed.non_manifold));
       }
       break;
     case Element::Triangles:
@@ -49,8 +49,8 @@ ListedElements list_elements(Element element, const Body& body, const Constraint
       add(mesh.tetrahedra);
       break;
     case Element::WingedTriangles: {
-      const WingedTriangles winged = winged_triangles(mesh, body.holds.pinned);
-      listed.crowded = winged.crowded;
+      const WingedTriangles winged = winged_triangles(mesh, body.boundary.pinned);
+      listed.non_manifold = winged.non_manifold;
       add(winged.list, winged.softness);
       add_to(listed.remainder, winged.hinges, winged.hinge_softness);
       break;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The lists behind the table of elements (kernels/projection/element.h): what of a body's mesh a constraint stands on.
+// Elements of a body's mesh on which constraints act: edges, hinges, triangles ... (kernels/projection/element.h).
 #pragma once
 #include <vector>
 
@@ -9,21 +9,22 @@
 namespace malha {
 
 struct Elements {
-  std::vector<int> particles;  // in the body's own numbering, facts_of(element).particles each
-  std::vector<double>
-      softness;  // of a material beside stiffness and compliance: of each its compliance times the modulus
+  std::vector<int> particles;  // facts_of(element).particles for each element, in the body's numbering
+  // Of a material, for each element its compliance times the modulus; empty for constraints with stiffness or
+  // compliance.
+  std::vector<double> softness;
 };
 
 struct ListedElements {
   Elements all;
-  /// What of the mesh no such element covers, for the kind's Remainder: of winged triangles the hinges at the rim that
-  /// none of them has, with their softness. Of other elements nothing.
+  /// What these elements leave of the mesh, for the Remainder of the constraint kind: for winged triangles the hinges
+  /// that belong to none of them, with their softness. For other elements it is empty.
   Elements remainder;
-  int crowded = 0;  // edges of more than two triangles, where what bends has no hinge
+  int non_manifold = 0;  // number of edges with more than two triangles, which have no hinge
 };
 
-/// Of the body's mesh. `spec.elements`: which of the edges; a rigidity is that of the material. `shear`: of a body's
-/// diagonals, over that of its edges (edge_softness).
+/// Lists the elements of the body's mesh for a constraint. `spec.elements` selects among edges; `spec.rigidity` is that
+/// of the material. `shear` is the rigidity of the diagonals of quads over that of the edges, see edge_softness().
 ListedElements list_elements(Element element, const Body& body, const ConstraintSpec& spec, double shear);
 
 }  // namespace malha

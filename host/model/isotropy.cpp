@@ -12,14 +12,14 @@ namespace malha {
 
 namespace {
 
-constexpr int kDirections = 12;  // of half a turn: more than the five numbers that say a quartic of the angle
+constexpr int kDirections = 12;  // in half a turn; a quartic of the angle has five coefficients
 
 double angle_of(int direction) { return direction * std::acos(-1.0) / kDirections; }
 
-/// Sums energies of strains or curvatures of size 1 about each vertex, in a frame of its own.
-class Vertices {
+/// Energies of strains or curvatures of norm 1 in all directions, summed for each vertex in a tangent frame of its own.
+class VertexEnergies {
  public:
-  explicit Vertices(const Mesh& mesh) : mesh_(mesh), at_(mesh.points.size()) {
+  explicit VertexEnergies(const Mesh& mesh) : mesh_(mesh), at_(mesh.points.size()) {
     std::vector<Vec3> normal(mesh.points.size(), Vec3{0, 0, 0});
     for (const Quad& face : mesh.faces) {
       const int corners = is_triangle(face) ? 3 : 4;
@@ -27,7 +27,7 @@ class Vertices {
       const Vec3 twice = is_triangle(face) ? cross(minus(X[face[1]], X[face[0]]), minus(X[face[2]], X[face[0]]))
                                            : cross(minus(X[face[2]], X[face[0]]), minus(X[face[3]], X[face[1]]));
       for (int k = 0; k < corners; ++k) {
-        // Faces may be wound in any order.
+        // The faces may be oriented inconsistently.
         Vec3& n = normal[face[k]];
         const double sign = dot(n, twice) < 0 ? -1 : 1;
         n = {n[0] + sign * twice[0], n[1] + sign * twice[1], n[2] + sign * twice[2]};
@@ -46,31 +46,31 @@ class Vertices {
       at.y = cross(at.normal, at.x);
       at.inside = true;
     }
-    const auto sides = sorted_sides(mesh.points.size(), [&](auto add) { visit_face_sides(mesh.faces, add); });
+    const auto sides = sorted_sides(mesh.points.size(), [&](auto add) { for_each_face_side(mesh.faces, add); });
     for_each_edge(sides, [&](auto first, auto last) {
       if (last - first != 2) at_[first->low].inside = at_[first->high].inside = false;
     });
   }
 
   double area(int i) const { return at_[i].area; }
-  /// Of what runs from point a to point b, at vertex i.
+  /// The angle of the direction from point a to point b in the frame of vertex i.
   double angle(int i, int a, int b) const {
     const Vec3 d = minus(mesh_.points[b], mesh_.points[a]);
     return std::atan2(dot(d, at_[i].y), dot(d, at_[i].x));
   }
-  /// Whether a wing lies to the left of an edge from a to b, seen along the vertex's normal.
+  /// True if a wing lies to the left of the edge from a to b, seen against the normal of vertex i.
   bool to_the_left(int i, int a, int b, int wing) const {
     return dot(cross(minus(mesh_.points[b], mesh_.points[a]), minus(mesh_.points[wing], mesh_.points[a])),
                at_[i].normal) > 0;
   }
-  /// `energy(angle)`: of the strain along the direction at this angle.
+  /// Adds energy(angle), the energy of a strain along the direction at this angle.
   template <class Energy>
-  void has(int i, Energy energy) {
-    for (int k = 0; k < kDirections; ++k) at_[i].has[k] += energy(angle_of(k));
+  void add(int i, Energy energy) {
+    for (int k = 0; k < kDirections; ++k) at_[i].energy[k] += energy(angle_of(k));
   }
   template <class Energy>
-  void should_have(int i, Energy energy) {
-    for (int k = 0; k < kDirections; ++k) at_[i].wanted[k] += energy(angle_of(k));
+  void add_reference(int i, Energy energy) {
+    for (int k = 0; k < kDirections; ++k) at_[i].reference[k] += energy(angle_of(k));
   }
 
   Isotropy mean() const {
@@ -79,7 +79,7 @@ class Vertices {
       if (!at.inside) continue;
       double low = INFINITY, high = 0;
       for (int k = 0; k < kDirections; ++k) {
-        const double share = at.has[k] / at.wanted[k];
+        const double share = at.energy[k] / at.reference[k];
         low = std::min(low, share), high = std::max(high, share);
       }
       if (!(high < INFINITY)) continue;
@@ -93,7 +93,7 @@ class Vertices {
     Vec3 normal{}, x{}, y{};
     double area = 0;
     bool inside = false;
-    std::array<double, kDirections> has{}, wanted{};
+    std::array<double, kDirections> energy{}, reference{};
   };
   const Mesh& mesh_;
   std::vector<At> at_;
@@ -105,13 +105,13 @@ double fourth(double a) { return a * a * a * a; }
 
 Isotropy isotropy_of_springs(const Mesh& mesh, const std::vector<Edge>& edges, const std::vector<double>& stiffness,
                              double Y, double G) {
-  Vertices vertices(mesh);
+  VertexEnergies energies(mesh);
   for (std::size_t e = 0; e < edges.size(); ++e) {
     const auto& [a, b] = edges[e];
     const double energy = stiffness[e] * squared_distance(mesh.points[a], mesh.points[b]) / 2;
     for (const int i : {a, b}) {
-      const double along = vertices.angle(i, a, b);
-      vertices.has(i, [&](double angle) { return energy * fourth(std::cos(angle - along)); });
+      const double along = energies.angle(i, a, b);
+      energies.add(i, [&](double angle) { return energy * fourth(std::cos(angle - along)); });
     }
   }
   for (const Quad& face : mesh.faces) {
@@ -120,31 +120,31 @@ Isotropy isotropy_of_springs(const Mesh& mesh, const std::vector<Edge>& edges, c
     for (int k = 0; k < corners; ++k) {
       const int i = face[k];
       if (corners == 3) {
-        vertices.should_have(i, [&](double) { return share * Y * 9 / 8; });
+        energies.add_reference(i, [&](double) { return share * Y * 9 / 8; });
         continue;
       }
-      // The axes of squares: half way between both sides, less 45 degrees.
-      const double one = vertices.angle(i, face[0], face[1]), other = vertices.angle(i, face[1], face[2]);
+      // The axes of a square: 45 degrees before the mean direction of two sides.
+      const double one = energies.angle(i, face[0], face[1]), other = energies.angle(i, face[1], face[2]);
       const double along = (one + other) / 2 - std::acos(-1.0) / 4;
-      vertices.should_have(i, [&](double angle) {
+      energies.add_reference(i, [&](double angle) {
         const double c2 = std::pow(std::cos(angle - along), 2), s2 = 1 - c2;
         return share * ((Y + G) * (c2 * c2 + s2 * s2) + 6 * G * c2 * s2);
       });
     }
   }
-  return vertices.mean();
+  return energies.mean();
 }
 
 Isotropy isotropy_of_hinges(const Mesh& mesh, const std::vector<std::array<int, 4>>& hinges,
                             const std::vector<double>& softness) {
-  Vertices vertices(mesh);
+  VertexEnergies energies(mesh);
   for (std::size_t h = 0; h < hinges.size(); ++h) {
     if (!(softness[h] > 0)) continue;
     const FoldByCurvature fold = fold_by_curvature(mesh, hinges[h]);
     const auto& [from, to, wing, other] = hinges[h];
     for (const int i : {from, to}) {
-      const double along = vertices.angle(i, from, to), side = vertices.to_the_left(i, from, to, wing) ? 1 : -1;
-      vertices.has(i, [&](double angle) {
+      const double along = energies.angle(i, from, to), side = energies.to_the_left(i, from, to, wing) ? 1 : -1;
+      energies.add(i, [&](double angle) {
         const double c = std::cos(angle - along), s = side * std::sin(angle - along);
         const double folded = fold.xx * c * c + fold.yy * s * s + fold.xy * c * s;
         return folded * folded / softness[h] / 2;
@@ -152,8 +152,8 @@ Isotropy isotropy_of_hinges(const Mesh& mesh, const std::vector<std::array<int, 
     }
   }
   for (int i = 0; i < static_cast<int>(mesh.points.size()); ++i)
-    vertices.should_have(i, [&](double) { return vertices.area(i); });
-  return vertices.mean();
+    energies.add_reference(i, [&](double) { return energies.area(i); });
+  return energies.mean();
 }
 
 }  // namespace malha

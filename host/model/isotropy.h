@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The directional stiffness that a rigidity gives a mesh of springs or hinges, compared with the sheet that it names.
+// Directional stiffness of a mesh of springs or hinges with a rigidity, relative to the isotropic sheet of that
+// rigidity.
 #pragma once
 #include <array>
 #include <vector>
@@ -8,20 +9,20 @@
 
 namespace malha {
 
-/// How stiffly a sheet resists one and the same strain, or curvature, along each of its directions, over how stiffly it
-/// should: in the softest direction and in the stiffest, on average over the vertices inside. A vertex has half of each
-/// of its edges and hinges: what is left to chance about it evens out, what runs alike does not.
+/// Stiffness against a strain or curvature along a direction, relative to the isotropic sheet: in the softest and in
+/// the stiffest direction, as means over the interior vertices. Each vertex has half of each of its edges and hinges,
+/// so that random orientations average out and common ones do not.
 struct Isotropy {
-  double least = 1, most = 1;
+  double softest = 1, stiffest = 1;
 };
 
-/// Of springs by their edges and what each has for a rigidity of 1 (1 / softness); of edges Y and diagonals G (N/m). On
-/// triangles they should be the sheet of Young's modulus times thickness Y and Poisson's ratio 1/3, all that springs
-/// can be; on quads that of squares, which these springs are exactly.
+/// Isotropy of springs with the given edges and stiffnesses (N/m), of a material with rigidity Y of edges and G of
+/// diagonals (N/m). On triangles the reference is the sheet with Young's modulus times thickness Y and Poisson's ratio
+/// 1/3, the only ratio that springs have; on quads it is the sheet of squares, which these springs represent exactly.
 Isotropy isotropy_of_springs(const Mesh& mesh, const std::vector<Edge>& edges, const std::vector<double>& stiffness,
                              double Y, double G);
 
-/// Of hinges with their softness: they should be a plate of rigidity 1.
+/// Isotropy of hinges with the given softness; the reference is a plate of rigidity 1.
 Isotropy isotropy_of_hinges(const Mesh& mesh, const std::vector<std::array<int, 4>>& hinges,
                             const std::vector<double>& softness);
 

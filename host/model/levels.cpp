@@ -20,7 +20,7 @@ std::int64_t auto_level_threshold(const SolverSpec& solver, bool elastic) {
 
 int levels_interval(const Model& model) {
   if (model.scene.solver.levels_interval > 0) return model.scene.solver.levels_interval;
-  const auto moves = [](const auto& held) { return !held.target.motion.empty(); };
+  const auto moves = [](const auto& pins) { return !pins.target.motion.empty(); };
   const bool driven = model.scene.wind || std::any_of(model.moved.begin(), model.moved.end(), moves) ||
                       std::any_of(model.attached.begin(), model.attached.end(), moves);
   return driven ? 1 : 2;
@@ -28,14 +28,14 @@ int levels_interval(const Model& model) {
 
 namespace {
 
-constexpr int kFewest = 16;              // particles of a level: fewer are too coarse a picture
-constexpr double kLittleStretch = 0.01;  // by weight: more is not to be mistaken for an error
-constexpr double kSmooth = 0.85;   // cosine of the turn along a link: arcs of twice that are still told from chords
-constexpr double kFewTurn = 0.02;  // of a part's links
-constexpr double kTooSlow = 0.8;   // a level must have fewer than this part of the next finer one's
+constexpr int kMinParticles = 16;      // of a level
+constexpr double kMaxStretch = 0.01;   // static strain by weight; levels would correct more than that as an error
+constexpr double kSmooth = 0.85;       // cosine of the turn of the normal along a link of a smooth surface
+constexpr double kMaxTurning = 0.02;   // share of the links of a smooth part that turn by more
+constexpr double kMaxReduction = 0.8;  // particles of a level over those of the next finer one
 
-/// The graph of the chosen particles alone, and which they are.
-RestGraph part_of(RestGraph&& whole, const std::vector<bool>& chosen, std::vector<int>& which) {
+/// The subgraph of the chosen particles. `which` gets their indices in the whole graph.
+RestGraph subgraph(RestGraph&& whole, const std::vector<bool>& chosen, std::vector<int>& which) {
   if (std::find(chosen.begin(), chosen.end(), false) == chosen.end()) {
     which.resize(whole.count());
     std::iota(which.begin(), which.end(), 0);
@@ -50,7 +50,7 @@ RestGraph part_of(RestGraph&& whole, const std::vector<bool>& chosen, std::vecto
     part.x.push_back(whole.x[i]), part.mean.push_back(whole.mean[i]), part.normal.push_back(whole.normal[i]),
         part.folded.push_back(whole.folded[i]);
     part.mass.push_back(whole.mass[i]), part.pinned.push_back(whole.pinned[i]);
-    if (!whole.give.empty()) part.give.push_back(whole.give[i]);
+    if (!whole.stretch.empty()) part.stretch.push_back(whole.stretch[i]);
   }
   for (const Link& l : whole.links)
     if (chosen[l.a]) part.links.push_back({now[l.a], now[l.b], l.length, l.set});
@@ -59,13 +59,13 @@ RestGraph part_of(RestGraph&& whole, const std::vector<bool>& chosen, std::vecto
   return part;
 }
 
-/// Diagonals of quads that nothing pulls along: neighbours all the same, so that a net keeps every second row and
-/// column.
+/// Adds the diagonals of quads without a constraint along them as neighbours, so that coarsening a net keeps every
+/// second row and column.
 void add_free_diagonals(const Model& model, RestGraph& graph) {
   std::vector<Edge> diagonals;
-  for (std::size_t b = 0; b + 1 < model.look.body_begin.size(); ++b) {
-    const int first = model.look.body_begin[b];
-    for (const Quad& face : body_mesh(model.look, b).faces)
+  for (std::size_t b = 0; b + 1 < model.render_mesh.body_begin.size(); ++b) {
+    const int first = model.render_mesh.body_begin[b];
+    for (const Quad& face : body_mesh(model.render_mesh, b).faces)
       for (int k = 0; k < 2 && !is_triangle(face); ++k) diagonals.push_back({first + face[k], first + face[k + 2]});
   }
   if (diagonals.empty()) return;
@@ -79,8 +79,8 @@ void add_free_diagonals(const Model& model, RestGraph& graph) {
   });
 }
 
-/// Of each particle, whether its part is so smooth at this spacing that lengths along the surface can be told: hardly
-/// any link turns by much from end to end.
+/// Whether the component of each particle is smooth at this spacing, so that lengths along the surface can be computed:
+/// along hardly any link the normal turns by much.
 std::vector<bool> smooth(const RestGraph& graph, const std::vector<int>& part, int parts) {
   std::vector<int> links(parts, 0), turning(parts, 0);
   for (const Link& l : graph.links) {
@@ -89,30 +89,31 @@ std::vector<bool> smooth(const RestGraph& graph, const std::vector<int>& part, i
     ++links[part[l.a]], turning[part[l.a]] += turns || (sizes > 0 && cosine < kSmooth);
   }
   std::vector<bool> chosen(graph.count());
-  for (int i = 0; i < graph.count(); ++i) chosen[i] = turning[part[i]] <= kFewTurn * links[part[i]];
+  for (int i = 0; i < graph.count(); ++i) chosen[i] = turning[part[i]] <= kMaxTurning * links[part[i]];
   return chosen;
 }
 
-/// Of a link, by weight.
+/// The static strain of a link by weight.
 double strain_along(const RestGraph& graph, const Link& l) {
-  if (graph.give.empty()) return 0;
-  const Vector way = graph.x[l.b] - graph.x[l.a];
-  const double a = dot(graph.give[l.a], way), b = dot(graph.give[l.b], way), size2 = dot(way, way);
+  if (graph.stretch.empty()) return 0;
+  const Vector d = graph.x[l.b] - graph.x[l.a];
+  const double a = dot(graph.stretch[l.a], d), b = dot(graph.stretch[l.b], d), size2 = dot(d, d);
   return size2 > 0 ? (a * a + b * b) / (2 * size2) : 0;
 }
 
-/// Lays a coarse graph out as a model of its own. `order`: the graph's particle at each place.
-Model lay_out(const Model& finest, const RestGraph& graph, std::vector<int>& order, int threads) {
+/// Builds the model of a level from a coarse graph. `order` gets the particle of the graph for each particle of the
+/// model.
+Model build_level_model(const Model& finest, const RestGraph& graph, std::vector<int>& order, int threads) {
   const int n = graph.count();
   int islands = 0;
   const std::vector<Edge> all = edges_of(graph.links, graph.nearby);
   const std::vector<int> island = components(n, all, islands);
-  std::vector<Vec3> places;
-  for (const Vector& x : graph.x) places.push_back({x.x, x.y, x.z});
-  order = solver_order(places, island, islands, all);
-  std::vector<int> place(n);
+  std::vector<Vec3> positions;
+  for (const Vector& x : graph.x) positions.push_back({x.x, x.y, x.z});
+  order = solver_order(positions, island, islands, all);
+  std::vector<int> slot(n);
   const auto number = [&] {
-    for (int i = 0; i < n; ++i) place[order[i]] = i;
+    for (int i = 0; i < n; ++i) slot[order[i]] = i;
   };
   number();
   Model level;
@@ -125,12 +126,12 @@ Model lay_out(const Model& finest, const RestGraph& graph, std::vector<int>& ord
       level.sets.push_back({Coarse::name, 2, finest.sets[l.set].stiffness, {}, 1, {}, {}});
     }
     ConstraintSet& set = level.sets[set_of[l.set]];
-    set.particles.push_back(place[l.a]), set.particles.push_back(place[l.b]);
+    set.particles.push_back(slot[l.a]), set.particles.push_back(slot[l.b]);
     set.rest.push_back(l.length * (1 + strain_along(graph, l)));
   }
   std::vector<Edge> edges;
   std::vector<int> islands_in_order;
-  for (const Edge& e : all) edges.push_back({place[e[0]], place[e[1]]});
+  for (const Edge& e : all) edges.push_back({slot[e[0]], slot[e[1]]});
   for (const int i : order) islands_in_order.push_back(island[i]);
   Cut cut = cut_into_patches(level.sets, edges, islands_in_order, threads, finest.patches.bounds);
   std::vector<int> cut_order, now(n);
@@ -141,77 +142,78 @@ Model lay_out(const Model& finest, const RestGraph& graph, std::vector<int>& ord
   level.patches = std::move(cut.patches);
   level.user_index = order;
   for (const int i : order) {
-    level.x.push_back(places[i]), level.mass.push_back(graph.mass[i]);
+    level.x.push_back(positions[i]), level.mass.push_back(graph.mass[i]);
     level.w.push_back(graph.pinned[i] ? 0 : 1 / graph.mass[i]);
   }
   return level;
 }
 
-/// With other numbers of what means are of (`names`), and the means themselves in another order.
-Means renamed(const Means& means, const std::vector<int>& order, const std::vector<int>& names) {
-  Means renamed;
-  renamed.begin.reserve(order.size() + 1), renamed.of.reserve(means.of.size()), renamed.weight.reserve(means.of.size());
+/// Reindexes means: mean k of the result is mean order[k], empty if that is negative, and the particle i of a term
+/// becomes names[i].
+Means reindexed(const Means& means, const std::vector<int>& order, const std::vector<int>& names) {
+  Means result;
+  result.begin.reserve(order.size() + 1), result.of.reserve(means.of.size()), result.weight.reserve(means.of.size());
   for (const int i : order) {
     for (int k = i < 0 ? 0 : means.begin[i]; k < (i < 0 ? 0 : means.begin[i + 1]); ++k)
-      renamed.of.push_back(names[means.of[k]]), renamed.weight.push_back(means.weight[k]);
-    renamed.begin.push_back(static_cast<int>(renamed.of.size()));
+      result.of.push_back(names[means.of[k]]), result.weight.push_back(means.weight[k]);
+    result.begin.push_back(static_cast<int>(result.of.size()));
   }
-  return renamed;
+  return result;
 }
 
 }  // namespace
 
-bool should_use_levels(const LinkedPart& part, const SolverSpec& solver) {
+bool should_use_levels(const GraphComponent& part, const SolverSpec& solver) {
   if (part.solid || (part.elastic && !(part.stretch > 0))) return false;
-  if (solver.levels != kAutoLevels) return part.particles > kFewest;
-  const bool by_weight = part.stretch <= kLittleStretch && part.lost >= 1 && !part.loaded;
-  return part.longest >= auto_level_threshold(solver, part.elastic) && !part.soft && (!part.elastic || by_weight);
+  if (solver.levels != kAutoLevels) return part.particles > kMinParticles;
+  const bool by_weight = part.stretch <= kMaxStretch && part.compliance_loss >= 1 && !part.loaded;
+  return part.max_graph_distance >= auto_level_threshold(solver, part.elastic) && !part.soft &&
+         (!part.elastic || by_weight);
 }
 
 std::vector<Level> make_levels(const Model& model, const std::vector<double>& w, int threads) {
   std::vector<Level> levels;
   if (model.scene.solver.levels == 0) return levels;
-  Linkage linkage = linkage_of(model, w);
+  CoarseningGraph full = coarsening_graph(model, w);
   std::vector<bool> chosen(model.count());
-  for (int i = 0; i < model.count(); ++i)
-    chosen[i] = should_use_levels(linkage.parts[linkage.part[i]], model.scene.solver);
+  for (int i = 0; i < model.count(); ++i) chosen[i] = should_use_levels(full.parts[full.part[i]], model.scene.solver);
   if (std::find(chosen.begin(), chosen.end(), true) == chosen.end()) return levels;
   RestGraph whole = rest_graph(model, w);
-  whole.links = std::move(linkage.links), whole.give = std::move(linkage.give);
+  whole.links = std::move(full.links), whole.stretch = std::move(full.stretch);
   add_free_diagonals(model, whole);
   std::vector<int> user, part;
-  RestGraph fine = part_of(std::move(whole), chosen, user);
-  for (const int i : user) part.push_back(linkage.part[i]);
-  // In the order of the finer model: which particle of the finer graph each place holds, -1 for none; and back.
-  std::vector<int> inside(model.count(), -1), held(model.count()), place;
+  RestGraph fine = subgraph(std::move(whole), chosen, user);
+  for (const int i : user) part.push_back(full.part[i]);
+  // `in_graph` maps the particles of the finer model to those of the finer graph, -1 for none; `slot` is the inverse.
+  std::vector<int> inside(model.count(), -1), in_graph(model.count()), slot;
   for (std::size_t i = 0; i < user.size(); ++i) inside[user[i]] = static_cast<int>(i);
-  for (int i = 0; i < model.count(); ++i) held[i] = inside[model.user_index[i]];
-  const int most = model.scene.solver.levels == kAutoLevels ? kMostLevels : model.scene.solver.levels;
-  while (static_cast<int>(levels.size()) < most && fine.count() > kFewest) {
+  for (int i = 0; i < model.count(); ++i) in_graph[i] = inside[model.user_index[i]];
+  const int most = model.scene.solver.levels == kAutoLevels ? kMaxLevels : model.scene.solver.levels;
+  while (static_cast<int>(levels.size()) < most && fine.count() > kMinParticles) {
     std::vector<int> kept, now(fine.count(), -1);
-    fine = part_of(std::move(fine), smooth(fine, part, static_cast<int>(linkage.parts.size())), kept);
+    fine = subgraph(std::move(fine), smooth(fine, part, static_cast<int>(full.parts.size())), kept);
     for (int i = 0; i < fine.count(); ++i) now[kept[i]] = i, part[i] = part[kept[i]];
-    if (fine.count() <= kFewest) break;
-    place.resize(fine.count());
-    for (std::size_t i = 0; i < held.size(); ++i)
-      if (held[i] >= 0 && (held[i] = now[held[i]]) >= 0) place[held[i]] = static_cast<int>(i);
-    Coarser coarser = coarsen(fine, threads);
+    if (fine.count() <= kMinParticles) break;
+    slot.resize(fine.count());
+    for (std::size_t i = 0; i < in_graph.size(); ++i)
+      if (in_graph[i] >= 0 && (in_graph[i] = now[in_graph[i]]) >= 0) slot[in_graph[i]] = static_cast<int>(i);
+    Coarsening coarser = coarsen(fine, threads);
     const int n = coarser.graph.count();
-    if (n < kFewest || n >= kTooSlow * fine.count() || coarser.graph.links.empty()) break;
+    if (n < kMinParticles || n >= kMaxReduction * fine.count() || coarser.graph.links.empty()) break;
     Level level;
     std::vector<int> order;
-    level.model = lay_out(model, coarser.graph, order, threads);
+    level.model = build_level_model(model, coarser.graph, order, threads);
     std::vector<int> by_rank(n), rank(n), at(n);
     std::iota(by_rank.begin(), by_rank.end(), 0);
     std::sort(by_rank.begin(), by_rank.end(),
-              [&](int a, int b) { return place[coarser.chosen[a]] < place[coarser.chosen[b]]; });
+              [&](int a, int b) { return slot[coarser.chosen[a]] < slot[coarser.chosen[b]]; });
     for (int i = 0; i < n; ++i) rank[by_rank[i]] = i, at[order[i]] = i;
-    level.up = renamed(coarser.up, by_rank, place);
-    level.down = renamed(coarser.down, held, rank);
+    level.restriction = reindexed(coarser.restriction, by_rank, slot);
+    level.prolongation = reindexed(coarser.prolongation, in_graph, rank);
     for (const int i : by_rank) level.particle.push_back(at[i]);
     for (int i = 0; i < n; ++i) part[i] = part[coarser.chosen[i]];
     fine = std::move(coarser.graph);
-    held = order;
+    in_graph = order;
     levels.push_back(std::move(level));
   }
   return levels;

@@ -10,7 +10,7 @@ namespace malha {
 
 namespace {
 
-/// The pins of each group; one group of all where there are too many.
+/// The pins of each connected group, or one group of all pins if there are more than kMostPinGroups.
 std::vector<std::vector<int>> pin_groups(const std::vector<Edge>& edges, const std::vector<bool>& pinned) {
   std::vector<Edge> between;
   for (const Edge& e : edges)
@@ -35,20 +35,20 @@ std::vector<std::vector<int>> pin_groups(const std::vector<Edge>& edges, const s
 }  // namespace
 
 void attach_long_range(const Mesh& mesh, const std::vector<Edge>& edges, const std::vector<bool>& pinned, double limit,
-                       const std::vector<int>& name, LongRangeSet& set) {
-  std::vector<Geodesics> ways;
-  for (const std::vector<int>& group : pin_groups(edges, pinned)) ways.push_back(geodesics(mesh, group));
+                       const std::vector<int>& solver_index, LongRangeSet& set) {
+  std::vector<Geodesics> of_groups;
+  for (const std::vector<int>& group : pin_groups(edges, pinned)) of_groups.push_back(geodesics(mesh, group));
   if (set.begin.empty()) set.begin = {0};
   for (std::size_t i = 0; i < mesh.points.size(); ++i) {
     if (pinned[i]) continue;
     std::vector<std::pair<double, int>> found;
-    for (const Geodesics& way : ways)
-      if (way.source[i] >= 0) found.emplace_back(way.distance[i], way.source[i]);
+    for (const Geodesics& group : of_groups)
+      if (group.source[i] >= 0) found.emplace_back(group.distance[i], group.source[i]);
     if (found.empty()) continue;
     std::sort(found.rbegin(), found.rend());
-    set.particle.push_back(name[i]);
+    set.particle.push_back(solver_index[i]);
     for (const auto& [distance, pin] : found)
-      set.anchor.push_back(name[pin]), set.reach.push_back(distance * (1 + limit));
+      set.anchor.push_back(solver_index[pin]), set.max_distance.push_back(distance * (1 + limit));
     set.begin.push_back(static_cast<int>(set.anchor.size()));
   }
 }

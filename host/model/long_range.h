@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which pins each particle of a body hangs on, and how far from them it may go (Kim, Chentanez, Müller 2012).
+// Long-range attachments: the pins that limit the distance of each particle (Kim, Chentanez, Müller 2012).
 #pragma once
 #include <vector>
 
@@ -7,22 +7,22 @@
 
 namespace malha {
 
-/// Attachments of particles to pins, item by item: those of item k are begin[k] .. begin[k + 1] - 1.
+/// Attachments of particles to pins. Those of particle[k] are begin[k] .. begin[k + 1] - 1.
 struct LongRangeSet {
   std::vector<int> particle;
   std::vector<int> begin;
-  std::vector<int> anchor;    // pinned particles; of an item the farthest first
-  std::vector<double> reach;  // m
+  std::vector<int> anchor;           // pinned particle of each attachment; for each particle the farthest first
+  std::vector<double> max_distance;  // m, of each attachment
   int items() const { return static_cast<int>(particle.size()); }
 };
 
-/// With more groups of pins than this a particle hangs on its nearest pin alone.
+/// With more groups of pins than this, each particle is attached to its nearest pin only.
 inline constexpr int kMostPinGroups = 8;
 
-/// Adds every movable particle of a body that some pin can be reached from. It hangs on the nearest pin of each group
-/// of connected pins (a row of pins is a group, two corners are two), at most (1 + limit) times as far along the mesh
-/// as at rest. Particle i of the mesh becomes name[i].
+/// Adds attachments for every movable particle of a body that is connected with a pin. It is attached to the nearest
+/// pin of each group of connected pins (a row of pins is one group, two corners are two), at a distance of at most (1 +
+/// limit) times the geodesic distance at rest. Point i of the mesh is the particle solver_index[i].
 void attach_long_range(const Mesh& mesh, const std::vector<Edge>& edges, const std::vector<bool>& pinned, double limit,
-                       const std::vector<int>& name, LongRangeSet& set);
+                       const std::vector<int>& solver_index, LongRangeSet& set);
 
 }  // namespace malha

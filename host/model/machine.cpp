@@ -12,13 +12,14 @@ namespace malha {
 
 namespace {
 
-// So many blocks of 128 threads have registers for Visit on a multiprocessor: 168 a thread in float, 255 in double.
+// Blocks of 128 threads that fit into the registers of a multiprocessor: SolvePatch needs 168 registers per thread in
+// float and 255 in double.
 constexpr int blocks_at_once(Precision precision) { return precision == Precision::Double ? 2 : 3; }
-constexpr std::size_t kOfBlock = 1024;     // bytes that each takes besides
-constexpr std::size_t kBesideSlots = 192;  // of a patch's memory, beside its slots
+constexpr std::size_t kOfBlock = 1024;     // bytes of shared memory that CUDA reserves for each block
+constexpr std::size_t kBesideSlots = 192;  // bytes of a patch's memory that are not slots
 
-/// Numbers of NVIDIA's data sheets. Patches go down to a lane a particle, and a fifth of the constraints may cross:
-/// thinner strips, of which more are worked on at once.
+/// Figures from NVIDIA's data sheets. Patches may be as small as one particle per lane, and a fifth of the constraints
+/// may cross patches: more and thinner strips are solved at the same time.
 Machine device(const char* name, const char* what, int multiprocessors, std::size_t kibibytes,
                double bytes_per_second) {
   return {name, what, {128, 128, 3072, 20}, kibibytes * 1024, multiprocessors, bytes_per_second};
@@ -29,11 +30,12 @@ Machine device(const char* name, const char* what, int multiprocessors, std::siz
 int Machine::groups(Precision precision) const { return multiprocessors * blocks_at_once(precision); }
 
 PatchBounds Machine::patch_bounds(Precision precision) const {
-  PatchBounds own = bounds;
-  if (fast_bytes == 0) return own;
+  PatchBounds result = bounds;
+  if (fast_bytes == 0) return result;
   const auto slot = static_cast<std::size_t>(kNumbersPerParticle * bytes_of_number(precision));
-  own.slots = static_cast<int>(((fast_bytes + kOfBlock) / blocks_at_once(precision) - kOfBlock - kBesideSlots) / slot);
-  return own;
+  result.slots =
+      static_cast<int>(((fast_bytes + kOfBlock) / blocks_at_once(precision) - kOfBlock - kBesideSlots) / slot);
+  return result;
 }
 
 const std::vector<Machine>& machines() {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which machine a model is laid out for. Patches are what it works on at once, so their size belongs to it. Runs for
-// one machine have the same bits on every backend.
+// Machines for which a model is laid out: the fast memory of their cores or multiprocessors bounds the size of patches.
+// Runs for the same machine have the same bits on every backend.
 #pragma once
 #include <cstddef>
 #include <string>
@@ -11,30 +11,30 @@
 
 namespace malha {
 
-/// Of a coordinate.
+/// Size of a coordinate in memory.
 constexpr int bytes_of_number(Precision precision) {
   return precision == Precision::Double ? sizeof(double) : sizeof(float);
 }
 
 struct Machine {
   std::string name;
-  std::string what;             // for people
-  PatchBounds bounds;           // but for what fast memory holds
-  std::size_t fast_bytes = 0;   // that the lanes of a group share; 0: caches, which have no bound
-  int multiprocessors = 0;      // of a device
-  double bytes_per_second = 0;  // of its memory; 0: not known
+  std::string what;             // description for the user
+  PatchBounds bounds;           // without the bound by fast memory
+  std::size_t fast_bytes = 0;   // shared memory of a multiprocessor; 0: caches, which set no bound
+  int multiprocessors = 0;      // 0: a CPU
+  double bytes_per_second = 0;  // memory bandwidth; 0: unknown
 
-  /// Worked on at once; 0: as many as there are threads.
+  /// Number of patches that are solved at the same time; 0: as many as there are threads.
   int groups(Precision precision) const;
-  /// Of patches in this precision.
+  /// Bounds of patches in this precision, including the bound by fast memory.
   PatchBounds patch_bounds(Precision precision) const;
 };
 
-/// The first, "cpu", is what a model is laid out for if nothing else is said.
+/// All known machines. The first, "cpu", is the default.
 const std::vector<Machine>& machines();
 const std::vector<std::string>& machine_names();
 
-/// Throws InputError for a name that is not among them.
+/// The machine of this name. Throws InputError for an unknown name.
 const Machine& machine_named(const std::string& name);
 
 }  // namespace malha

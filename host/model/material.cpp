@@ -12,31 +12,31 @@ namespace malha {
 
 namespace {
 
-/// Sides keep so much of their own stiffness where diagonals alone would be stiffer along them than the material.
-constexpr double kLeastOfASide = 0.05;
+/// The share of their own stiffness that sides keep at least, where the diagonals alone are stiffer than the material.
+constexpr double kMinSideShare = 0.05;
 
-/// Nothing that has no length can bend or stretch.
-double over(double a, double length2) { return length2 > 0 ? a / length2 : 0; }
+/// The quotient a / length2, or 0 for length 0: such an edge can neither bend nor stretch.
+double quotient(double a, double length2) { return length2 > 0 ? a / length2 : 0; }
 
-/// Of a quad: its sides 0 and 2 over its sides 1 and 3, squared.
+/// The squared aspect ratio of a quad: its sides 0 and 2 over its sides 1 and 3.
 double squared_aspect(const Mesh& mesh, const Quad& face) {
   const auto side2 = [&](int k) { return squared_distance(mesh.points[face[k]], mesh.points[face[(k + 1) % 4]]); };
-  return over(side2(0) + side2(2), side2(1) + side2(3));
+  return quotient(side2(0) + side2(2), side2(1) + side2(3));
 }
 
-/// What is 1 but for rounding is 1.
+/// Rounds numbers that differ from 1 by rounding only to 1.
 double rounded_to_one(double a) { return std::abs(a - 1) < 1e-9 ? 1 : a; }
 
-/// Of the rectangles a b of a grid, hinges about sides a whose wings lie crosswise resist a twist a^2 / b^2 as much as
-/// a plate does, and those about sides b by the inverse: what the hinges about this side (length^2) should, of the cell
-/// that is so wide across it, so that both together are the plate's two.
+/// The twist energy that the hinges about a side should have on a cell of this width across it, relative to a plate. On
+/// rectangles a x b, hinges about sides a with diagonally opposite wings resist twist a^2 / b^2 times as much as a
+/// plate, and those about sides b by the inverse; the results for both sides together are 2, as for a plate.
 double twist_about(double length2, double across2) {
-  const double ratio = over(length2, across2);
+  const double ratio = quotient(length2, across2);
   return ratio <= 1 ? ratio : 2 - 1 / ratio;
 }
 
-/// Whether a triangle can neither move nor bend.
-bool still(const std::vector<bool>& held, int a, int b, int c) { return held[a] && held[b] && held[c]; }
+/// True if all corners of a triangle are pinned, so that it cannot bend.
+bool is_fixed(const std::vector<bool>& pinned, int a, int b, int c) { return pinned[a] && pinned[b] && pinned[c]; }
 
 }  // namespace
 
@@ -48,23 +48,23 @@ double face_area(const Mesh& mesh, const Quad& face) {
 }
 
 std::vector<double> edge_softness(const Mesh& mesh, const std::vector<Edge>& edges, double shear) {
-  std::vector<int> face_of, number_in_face;  // of each side, in the order of visit_face_sides
+  std::vector<int> face_of, number_in_face;  // of each side, in the order of for_each_face_side
   for (std::size_t f = 0; f < mesh.faces.size(); ++f)
     for (int k = 0; k < (is_triangle(mesh.faces[f]) ? 3 : 4); ++k)
       face_of.push_back(static_cast<int>(f)), number_in_face.push_back(k);
   const int sides = static_cast<int>(face_of.size());
-  // Of a side what is there beside the diagonals: they pull along it too, (side / other side)^2 as stiffly as they
-  // shear.
+  // The share of the area for a side. The diagonals act along the side too, with (side / other side)^2 times their
+  // shear stiffness, which is subtracted.
   const auto part_of = [&](int side) {
     const Quad& face = mesh.faces[face_of[side]];
     if (is_triangle(face)) return 1.0;
     const double aspect2 = squared_aspect(mesh, face);
-    const double own2 = rounded_to_one(number_in_face[side] % 2 == 0 ? aspect2 : over(1, aspect2));
-    return 0.5 * std::max(1 + shear * (1 - own2), kLeastOfASide);
+    const double own2 = rounded_to_one(number_in_face[side] % 2 == 0 ? aspect2 : quotient(1, aspect2));
+    return 0.5 * std::max(1 + shear * (1 - own2), kMinSideShare);
   };
-  // The edges come after the sides, so that every group of equals holds the faces of an edge and its number.
+  // The edges are listed after the sides, so that each group of equal ones has the sides of an edge, and then the edge.
   const auto all = sorted_sides(mesh.points.size(), [&](auto add) {
-    visit_face_sides(mesh.faces, add);
+    for_each_face_side(mesh.faces, add);
     for (const auto& [from, to] : edges) add(from, to);
   });
   std::vector<double> softness(edges.size());
@@ -85,12 +85,12 @@ std::vector<double> shear_softness(const Mesh& mesh) {
     if (is_triangle(face)) continue;
     for (int k = 0; k < 2; ++k)
       softness.push_back(
-          over(2 * face_area(mesh, face), squared_distance(mesh.points[face[k]], mesh.points[face[k + 2]])));
+          quotient(2 * face_area(mesh, face), squared_distance(mesh.points[face[k]], mesh.points[face[k + 2]])));
   }
   return softness;
 }
 
-PlateHinges plate_hinges(const Mesh& mesh, const std::vector<bool>& held) {
+PlateHinges plate_hinges(const Mesh& mesh, const std::vector<bool>& pinned) {
   struct Wing {
     int face;
     std::array<int, 2> corner;  // the corners after the side and before it
@@ -105,22 +105,22 @@ PlateHinges plate_hinges(const Mesh& mesh, const std::vector<bool>& held) {
     areas.push_back(face_area(mesh, face));
   }
   PlateHinges found;
-  const auto sides = sorted_sides(mesh.points.size(), [&](auto add) { visit_face_sides(mesh.faces, add); });
+  const auto sides = sorted_sides(mesh.points.size(), [&](auto add) { for_each_face_side(mesh.faces, add); });
   for_each_edge(sides, [&](auto first, auto last) {
-    if (last - first > 2) ++found.crowded;
+    if (last - first > 2) ++found.non_manifold;
     if (last - first != 2) return;
     const int from = first->forward ? first->low : first->high, to = first->forward ? first->high : first->low;
     const auto& X = mesh.points;
     const double length2 = squared_distance(X[from], X[to]);
     const Wing &c = wings[first[0].number], &d = wings[first[1].number];
-    // Where the side's direction turns round from face to face, wings of the same place in their faces lie crosswise.
+    // If both faces are oriented consistently, wings of the same index in their faces are diagonally opposite.
     const int turned = first[0].forward == first[1].forward ? 1 : 0;
     const auto add = [&](int in_c, int in_d, double share) {
       const int wing_c = c.corner[in_c], wing_d = d.corner[in_d];
-      const double both = (still(held, from, to, wing_c) ? 0 : area(X[from], X[to], X[wing_c])) +
-                          (still(held, from, to, wing_d) ? 0 : area(X[from], X[to], X[wing_d]));
+      const double both = (is_fixed(pinned, from, to, wing_c) ? 0 : area(X[from], X[to], X[wing_c])) +
+                          (is_fixed(pinned, from, to, wing_d) ? 0 : area(X[from], X[to], X[wing_d]));
       found.list.push_back({from, to, wing_c, wing_d});
-      found.softness.push_back(over(both / share, length2));
+      found.softness.push_back(quotient(both / share, length2));
     };
     const bool quads = c.corner[0] != c.corner[1] && d.corner[0] != d.corner[1];
     if (c.corner[0] == c.corner[1] && d.corner[0] == d.corner[1]) return add(0, turned, 1);
@@ -128,10 +128,10 @@ PlateHinges plate_hinges(const Mesh& mesh, const std::vector<bool>& held) {
     if (quads) {
       double twist = 0, across = 0;
       for (const int f : {c.face, d.face}) {
-        const double one = over(areas[f], std::sqrt(length2));
+        const double one = quotient(areas[f], std::sqrt(length2));
         twist += one * twist_about(length2, one * one) / 2, across += one / 2;
       }
-      crosswise = std::min(1.0, rounded_to_one(over(across * twist, length2)));
+      crosswise = std::min(1.0, rounded_to_one(quotient(across * twist, length2)));
     }
     for (int k = 0; k < 2; ++k) add(k, k ^ turned, 0.5 * crosswise);
     if (crosswise < 1)
@@ -145,11 +145,11 @@ FoldByCurvature fold_by_curvature(const Mesh& mesh, const std::array<int, 4>& hi
   const auto& X = mesh.points;
   const Vec3 edge = minus(X[to], X[from]);
   const double length2 = dot(edge, edge), length = std::sqrt(length2);
-  FoldByCurvature fold{0, 0, 0};  // what lifts each wing over the edge, over its height
+  FoldByCurvature fold{0, 0, 0};  // sum over the wings of the lift above the edge, divided by the height
   double side = 1;
   for (const int wing : {c, d}) {
-    const double height = over(2 * area(X[from], X[to], X[wing]), length);
-    const double foot = over(dot(minus(X[wing], X[from]), edge), length);  // m along the edge
+    const double height = quotient(2 * area(X[from], X[to], X[wing]), length);
+    const double foot = quotient(dot(minus(X[wing], X[from]), edge), length);  // m along the edge
     if (!(height > 0)) return {0, 0, 0};
     fold.xx += foot * (foot - length) / (2 * height), fold.yy += height / 2, fold.xy += side * foot;
     side = -1;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What makes a constraint of a material: its compliance times the material's rigidity, from the mesh at rest, so that
-// the same rigidity is the same cloth however fine its mesh is.
+// Softness of constraints of a material: compliance times rigidity, computed from the mesh at rest, so that a rigidity
+// describes the same cloth on meshes of any resolution.
 #pragma once
 #include <array>
 #include <vector>
@@ -9,47 +9,48 @@
 
 namespace malha {
 
-/// The area of a face, m^2; of a quad the mean of its two splits.
+/// The area of a face, m^2. For a quad it is the mean over its two triangulations.
 double face_area(const Mesh& mesh, const Quad& face);
 
-/// Of edges (both ends): length^2 / area, with the whole area of neighbouring triangles (Van Gelder 1998) and half that
-/// of neighbouring quads, whose other half is their other sides'; rigidity is then Young's modulus times thickness,
-/// N/m. Of edges without a face: length; rigidity is then Young's modulus times cross-section, N.
-/// `shear`: the rigidity of the diagonals of quads over that of the edges. On rectangles a b diagonals of shear modulus
-/// G pull along a like G a^2 / b^2, and a square's like G: sides a then have Y + G (1 - a^2 / b^2), and the sheet is
-/// that of squares. Beyond a = b sqrt(1 + Y / G) they would have to push: there they keep a twentieth of Y.
+/// Softness of edges. For edges of faces it is length^2 / area, with the whole area of adjacent triangles (Van Gelder
+/// 1998) and half of that of adjacent quads, whose other half belongs to their other sides; rigidity is then Young's
+/// modulus times thickness, N/m. For edges without a face it is the length; rigidity is then Young's modulus times
+/// cross-section, N. `shear` is the rigidity of the diagonals of quads over that of the edges. On rectangles a x b,
+/// diagonals of shear modulus G act along a like G a^2 / b^2, on squares like G. Sides a therefore get Y + G (1 - a^2 /
+/// b^2), so that the sheet equals that of squares. Beyond a = b sqrt(1 + Y / G) this would be negative: there a
+/// twentieth of Y is kept.
 std::vector<double> edge_softness(const Mesh& mesh, const std::vector<Edge>& edges, double shear = 0);
 
-/// Of both diagonals of every quad, as shear(mesh) lists them: twice the area / length^2; rigidity: shear modulus times
-/// thickness, N/m.
+/// Softness of both diagonals of every quad, in the order of shear(mesh): twice the area / length^2; rigidity is the
+/// shear modulus times thickness, N/m.
 std::vector<double> shear_softness(const Mesh& mesh);
 
-/// {a, b, c, d} as hinges() for every side that two faces share, with a quad's corners taken in turn as wings, so that
-/// no diagonal is preferred. Quads' own diagonals do not bend. Between quads wings lie crosswise, which resists twist;
-/// where that would be more twist than a plate's, on cells that are not square, a part of the hinge has its wings side
-/// by side.
+/// Hinges {a, b, c, d}, as those of hinges(), at every side that two faces share. Each corner of a quad is the wing of
+/// a hinge of its own, so that no diagonal is preferred. The diagonals of quads do not bend. Between quads the wings
+/// are diagonally opposite corners, which resists twist; on cells that are not square, where that would exceed the
+/// twist of a plate, a part of the hinge has wings on the same side.
 struct PlateHinges {
   std::vector<std::array<int, 4>> list;
-  /// The area of both triangles / length^2, over the part of its side's bending that each stands for. Rigidity:
-  /// flexural, N m (Seung, Nelson 1988). Of a triangle all of whose corners are held nothing counts: it does not bend,
-  /// and a clamp of two rows acts in the second. Grids of rectangles and equilateral triangles bend alike in all
-  /// directions; right-angled triangles whose diagonals all run alike do not, up to three times as stiff across them as
-  /// along.
+  /// The area of both triangles / length^2, divided by the share of the side's bending that the hinge represents.
+  /// Rigidity is flexural, N m (Seung, Nelson 1988). A triangle whose corners are all pinned does not bend and does not
+  /// count, so that a clamp of two rows acts in the second. Grids of rectangles and equilateral triangles are
+  /// isotropic. Right-angled triangles whose diagonals are all parallel are not: they are up to three times as stiff
+  /// across them as along.
   std::vector<double> softness;
-  int crowded = 0;  // edges of more than two faces, where nothing bends
+  int non_manifold = 0;  // number of edges with more than two faces, which have no hinge
 };
 
-/// `held`: of each point, for good.
-PlateHinges plate_hinges(const Mesh& mesh, const std::vector<bool>& held);
+/// `pinned`: whether each point is pinned permanently.
+PlateHinges plate_hinges(const Mesh& mesh, const std::vector<bool>& pinned);
 
-/// What a curvature H of the sheet folds a hinge by, in the frame whose x runs along its edge and y to its first wing:
-/// xx Hxx + yy Hyy + xy Hxy, m.
+/// The fold of a hinge by a curvature H of the sheet, xx Hxx + yy Hyy + xy Hxy (m), in the frame whose x axis runs
+/// along the edge and whose y axis points to the first wing.
 struct FoldByCurvature {
   double xx, yy, xy;
-  /// The largest fold by a curvature of size 1, squared.
+  /// The square of the largest fold by a curvature of norm 1.
   double most2() const { return xx * xx + yy * yy + xy * xy / 2; }
 };
-/// Of a hinge, unfolded; all 0 where a triangle has no area.
+/// Of an unfolded hinge; all 0 if one of its triangles has no area.
 FoldByCurvature fold_by_curvature(const Mesh& mesh, const std::array<int, 4>& hinge);
 
 }  // namespace malha

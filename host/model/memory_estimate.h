@@ -7,18 +7,18 @@
 
 namespace malha {
 
-/// Of the model's arrays.
+/// Memory of the model's arrays, in bytes.
 std::size_t bytes(const Model& model);
 
-/// What setting up the shapes that the scene makes takes at the least, in bytes: measured with a million particles
-/// each, and rounded down. Meshes from files are not counted.
-double least_bytes(const Scene& scene);
+/// A lower bound of the memory for setting up the generated shapes of a scene, in bytes: measured with a million
+/// particles each, and rounded down. Meshes from files are not counted.
+double min_setup_bytes(const Scene& scene);
 
-/// Throws OutOfMemory where that is more than is free: how much it is, and how much there is.
+/// Throws OutOfMemory if min_setup_bytes() is more than the free memory. The message says how much of either.
 void require_memory(const Scene& scene);
 
-/// Gives back what only solvers read while they are made (masses, velocities), and what the arrays that stay have grown
-/// beyond their elements. Patches stay, a byte a particle: looks (host/fields/fields.h) tell the layout from them.
+/// Releases data that are read only while a solver is built (masses, velocities), and the unused capacity of the other
+/// arrays. Patches stay, a byte per particle: structure() (host/fields/fields.h) reads them.
 void release_setup_memory(Model& model);
 
 }  // namespace malha

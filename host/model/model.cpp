@@ -27,7 +27,7 @@ namespace {
 
 class Builder {
  public:
-  Builder(const Scene& scene, int threads, const PatchBounds& bounds, const Torn* torn = nullptr)
+  Builder(const Scene& scene, int threads, const PatchBounds& bounds, const TearState* torn = nullptr)
       : threads_(threads), bounds_(bounds), torn_(torn) {
     model_.scene = scene;
   }
@@ -36,27 +36,27 @@ class Builder {
     const Scene& scene = model_.scene;
     if (!torn_) check_scene(scene);
     check_outputs(scene);
-    if (scene.self_collision && tears(scene))
+    if (scene.self_collision && can_tear(scene))
       refuse(scene.file, "/self_collision", "self_collision in a scene with a body that tears", "one of them");
-    model_.look.body_begin = model_.look.face_begin = model_.look.line_begin = {0};
+    model_.render_mesh.body_begin = model_.render_mesh.face_begin = model_.render_mesh.line_begin = {0};
     ModelSeconds& took = model_.seconds;
     took.load = seconds([&] {
-      Faults faults;
+      ErrorList errors;
       for (std::size_t b = 0; b < scene.bodies.size(); ++b)
-        faults.collect([&] { add_body(make_body(scene, b, mesh_of(b), torn_)); });
+        errors.collect([&] { add_body(make_body(scene, b, mesh_of(b), torn_)); });
       if (torn_)
         model_.environment = *torn_->environment, model_.zero_area_faces = torn_->zero_area_faces;
       else
         for (std::size_t e = 0; e < scene.environment.size(); ++e)
-          faults.collect([&] { model_.environment.push_back(load_environment(scene, e, model_.zero_area_faces)); });
-      faults.throw_all();
+          errors.collect([&] { model_.environment.push_back(load_environment(scene, e, model_.zero_area_faces)); });
+      errors.throw_all();
     });
     if (!torn_) set_default_thickness();
     check_expectations(scene, std::any_of(bodies_.begin(), bodies_.end(),
                                           [](const Body& body) { return !body.mesh.tetrahedra.empty(); }));
-    took.order = seconds([this] { arrange(); });
-    took.connect = seconds([this] { connect(model_, bodies_, solver_of_, torn_ != nullptr); });
-    if (gives_momenta_back()) find_free_islands();
+    took.order = seconds([this] { order_particles(); });
+    took.build_constraints = seconds([this] { build_constraints(model_, bodies_, solver_of_, torn_ != nullptr); });
+    if (corrects_momenta()) find_free_islands();
     took.patches = seconds([this] { cut(); });
     if (torn_)
       model_.notes = *torn_->notes;
@@ -79,44 +79,45 @@ class Builder {
   }
 
   Mesh mesh_of(std::size_t b) {
-    return torn_ ? body_mesh(*torn_->whole, b) : load_body(model_.scene, b, model_.zero_area_faces, model_.notes);
+    return torn_ ? body_mesh(*torn_->intact, b) : load_body(model_.scene, b, model_.zero_area_faces, model_.notes);
   }
 
   void add_body(Body body) {
-    RenderMesh& look = model_.look;
-    const int first = static_cast<int>(look.points.size());
-    look.points.insert(look.points.end(), body.mesh.points.begin(), body.mesh.points.end());
+    RenderMesh& render_mesh = model_.render_mesh;
+    const int first = static_cast<int>(render_mesh.points.size());
+    render_mesh.points.insert(render_mesh.points.end(), body.mesh.points.begin(), body.mesh.points.end());
     for (Quad face : body.mesh.faces) {
       for (int& corner : face)
         if (corner >= 0) corner += first;
-      look.faces.push_back(face);
+      render_mesh.faces.push_back(face);
     }
-    for (const Edge& line : body.mesh.lines) look.lines.push_back({line[0] + first, line[1] + first});
-    look.body_begin.push_back(static_cast<int>(look.points.size()));
-    look.face_begin.push_back(static_cast<int>(look.faces.size()));
-    look.line_begin.push_back(static_cast<int>(look.lines.size()));
-    look.vertices.push_back(body.mesh.vertices);
+    for (const Edge& line : body.mesh.lines) render_mesh.lines.push_back({line[0] + first, line[1] + first});
+    render_mesh.body_begin.push_back(static_cast<int>(render_mesh.points.size()));
+    render_mesh.face_begin.push_back(static_cast<int>(render_mesh.faces.size()));
+    render_mesh.line_begin.push_back(static_cast<int>(render_mesh.lines.size()));
+    render_mesh.vertices.push_back(body.mesh.vertices);
     bodies_.push_back(std::move(body));
   }
 
-  /// Fixes the solver's order and fills the particles and the damped islands.
-  void arrange() {
-    const RenderMesh& look = model_.look;
-    const int n = static_cast<int>(look.points.size());
+  /// Computes the solver's order and fills the particles and the lists of components.
+  void order_particles() {
+    const RenderMesh& render_mesh = model_.render_mesh;
+    const int n = static_cast<int>(render_mesh.points.size());
     std::vector<Edge> all;
     for (std::size_t b = 0; b < bodies_.size(); ++b)
-      for (const Edge& e : bodies_[b].edges) all.push_back({e[0] + look.body_begin[b], e[1] + look.body_begin[b]});
+      for (const Edge& e : bodies_[b].edges)
+        all.push_back({e[0] + render_mesh.body_begin[b], e[1] + render_mesh.body_begin[b]});
     int islands = 0;
     const std::vector<int> island = components(n, all, islands);
-    model_.user_index = solver_order(look.points, island, islands, all);
+    model_.user_index = solver_order(render_mesh.points, island, islands, all);
     for (const int user : model_.user_index) island_.push_back(island[user]);
     solver_of_ = solver_of(model_.user_index);
     for (const Edge& e : all) edges_.push_back({solver_of_[e[0]], solver_of_[e[1]]});
 
     model_.x.resize(n), model_.v.resize(n), model_.w.resize(n), model_.mass.resize(n);
-    for (std::size_t b = 0; b < bodies_.size(); ++b) place(b);
+    for (std::size_t b = 0; b < bodies_.size(); ++b) fill_particles(b);
 
-    bool loose = false;  // the one before
+    bool loose = false;  // whether the previous component is a loose particle
     for (int i = 0, end; i < n; i = end) {
       for (end = i; end < n && island_[end] == island_[i];) ++end;
       if (!loose || end - i > 1) model_.islands.push_back(i);
@@ -126,9 +127,9 @@ class Builder {
     }
   }
 
-  /// Whether free bodies get back what projections take of their momenta. By Desbrun's method too, whose filter keeps
-  /// them, but not what is projected after it.
-  bool gives_momenta_back() const {
+  /// True if the momenta of free bodies are restored after projections. Desbrun's filter conserves them, but not the
+  /// projections after it.
+  bool corrects_momenta() const {
     const SolverSpec& solver = model_.scene.solver;
     if (solver.type == "pbd") return solver.keeps_momenta;
     const bool projects = !model_.sets.empty() || !model_.pressures.empty();
@@ -137,18 +138,18 @@ class Builder {
 
   void find_free_islands() {
     const int n = static_cast<int>(island_.size());
-    const std::vector<bool> held = held_at_start(model_, true);
+    const std::vector<bool> fixed = fixed_at_start(model_, true);
     for (int i = 0, end; i < n; i = end) {
       bool free = true;
-      for (end = i; end < n && island_[end] == island_[i]; ++end) free = free && !held[end];
+      for (end = i; end < n && island_[end] == island_[i]; ++end) free = free && !fixed[end];
       if (free && end - i > 1) model_.free.push_back({i, end - i});
     }
   }
 
-  void place(std::size_t b) {
+  void fill_particles(std::size_t b) {
     const BodySpec& spec = model_.scene.bodies[b];
     const Body& body = bodies_[b];
-    const std::vector<bool> held = body.holds.at_start();
+    const std::vector<bool> pinned = body.boundary.at_start();
     Vec3 centre{0, 0, 0};
     double total = 0;
     for (std::size_t i = 0; i < body.mass.size(); ++i) {
@@ -157,29 +158,29 @@ class Builder {
     }
     for (double& number : centre) number /= total;
     for (std::size_t i = 0; i < body.mass.size(); ++i) {
-      const int at = solver_of_[model_.look.body_begin[b] + i];
+      const int at = solver_of_[model_.render_mesh.body_begin[b] + i];
       const Vec3& x = body.mesh.points[i];
       const Vec3 turn = cross(spec.spin, minus(x, centre));
       model_.x[at] = x;
       model_.mass[at] = body.mass[i];
-      model_.w[at] = body.holds.pinned[i] ? 0 : 1 / body.mass[i];
-      for (int k = 0; k < 3; ++k) model_.v[at][k] = held[i] ? 0 : spec.velocity[k] + turn[k];
+      model_.w[at] = body.boundary.pinned[i] ? 0 : 1 / body.mass[i];
+      for (int k = 0; k < 3; ++k) model_.v[at][k] = pinned[i] ? 0 : spec.velocity[k] + turn[k];
     }
-    add_holds(b);
+    add_boundary_conditions(b);
   }
 
-  void add_holds(std::size_t b) {
+  void add_boundary_conditions(std::size_t b) {
     const auto add = [&](auto sets, auto& all) {
       for (auto& set : sets) {
-        for (int& i : set.particles) i = solver_of_[model_.look.body_begin[b] + i];
+        for (int& i : set.particles) i = solver_of_[model_.render_mesh.body_begin[b] + i];
         all.push_back(std::move(set));
       }
     };
-    add(bodies_[b].holds.moved, model_.moved), add(bodies_[b].holds.attached, model_.attached);
+    add(bodies_[b].boundary.moved, model_.moved), add(bodies_[b].boundary.attached, model_.attached);
   }
 
-  /// Cuts the particles into patches and renumbers everything accordingly. Cuts go through the constraints, and these
-  /// are listed in the first order: to renumber takes 2 to 4 % of the set-up of a million particles.
+  /// Cuts the particles into patches and reorders the model accordingly. The cuts depend on the constraints, which are
+  /// listed in the first order; the reordering takes 2 to 4 % of the set-up of a million particles.
   void cut() {
     Cut cut = cut_into_patches(model_.sets, edges_, island_, threads_, bounds_);
     renumber(model_, cut.order);
@@ -188,12 +189,12 @@ class Builder {
 
   int threads_;
   PatchBounds bounds_;
-  const Torn* torn_;
+  const TearState* torn_;
   Model model_;
   std::vector<Body> bodies_;
   std::vector<int> solver_of_;
-  std::vector<int> island_;  // of each particle, before they are cut into patches and after
-  std::vector<Edge> edges_;  // of all bodies, before
+  std::vector<int> island_;  // component of each particle; the cut into patches does not change it
+  std::vector<Edge> edges_;  // of all bodies, in the order before the cut
 };
 
 }  // namespace
@@ -203,13 +204,13 @@ Model build_model(const Scene& scene, int threads, const PatchBounds& bounds) {
   return Builder(scene, threads, bounds).build();
 }
 
-Model build_torn_model(const Scene& scene, const Torn& torn, int threads, const PatchBounds& bounds) {
+Model build_torn_model(const Scene& scene, const TearState& torn, int threads, const PatchBounds& bounds) {
   return Builder(scene, threads, bounds, &torn).build();
 }
 
 int number_in_body(const Model& model, int user_index) {
   const int body = body_of(model, user_index);
-  return vertex_of(model.look.vertices[body], user_index - model.look.body_begin[body]);
+  return vertex_of(model.render_mesh.vertices[body], user_index - model.render_mesh.body_begin[body]);
 }
 
 std::string particle_name(const Model& model, int user_index) {
@@ -217,17 +218,17 @@ std::string particle_name(const Model& model, int user_index) {
          model.scene.bodies[body_of(model, user_index)].name + "'";
 }
 
-std::vector<int> particles_of_vertices(const RenderMesh& look, std::size_t body) {
-  const FileVertices& file = look.vertices.at(body);
-  const int first = look.body_begin[body];
-  std::vector<int> all = points_of_vertices(file, look.body_begin[body + 1] - first);
+std::vector<int> particles_of_vertices(const RenderMesh& render_mesh, std::size_t body) {
+  const FileVertices& file = render_mesh.vertices.at(body);
+  const int first = render_mesh.body_begin[body];
+  std::vector<int> all = points_of_vertices(file, render_mesh.body_begin[body + 1] - first);
   for (int& particle : all)
     if (particle >= 0) particle += first;
   return all;
 }
 
 int body_of(const Model& model, int user_index) {
-  const std::vector<int>& begin = model.look.body_begin;
+  const std::vector<int>& begin = model.render_mesh.body_begin;
   return static_cast<int>(std::upper_bound(begin.begin(), begin.end(), user_index) - begin.begin()) - 1;
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A model: a scene made ready to be simulated, still without precision or executor. Particles in the solver's order.
+// The model of a scene: particles in the solver's order, constraints, boundary conditions and patches, independent of
+// precision and executor.
 #pragma once
 #include <string>
 #include <vector>
@@ -13,107 +14,112 @@
 
 namespace malha {
 
-/// Constraints of one kind that share their numbers, over all the bodies that name them so.
+/// Constraints of one kind with the same parameters, of all bodies that have them.
 struct ConstraintSet {
-  std::string type;  // a name of the registry
-  int arity = 2;
+  std::string type;  // name of the kind in the registry
+  int arity = 2;     // particles per constraint
   double stiffness = 1;
   std::optional<double> compliance;
   double parameter = 1;
-  std::vector<int> particles;    // arity a constraint
-  std::vector<double> softness;  // each constraint's own part of its compliance, as of a material; empty: 1
-  std::vector<double> rest{};    // each constraint's rest value; empty: that of the places at rest
-  bool pressed = false;          // whether its bodies have a pressure
+  std::vector<int> particles;    // arity for each constraint
+  std::vector<double> softness;  // factor of the compliance of each constraint, as of a material; empty: 1
+  std::vector<double> rest{};    // rest value of each constraint; empty: that of the rest positions
+  bool pressed = false;          // true if its bodies have a pressure
   int count() const { return static_cast<int>(particles.size()) / arity; }
-  /// The compliance of its constraint c; 0 without one.
+  /// The compliance of constraint c; 0 if the set has none.
   double alpha(int c) const { return compliance.value_or(0) * (softness.empty() ? 1 : softness[c]); }
 };
 
+/// Pressure of a closed body.
 struct PressureSet {
-  double volume_ratio = 1, stiffness = 1;  // of the volume at rest
+  double volume_ratio = 1, stiffness = 1;  // target volume over rest volume
   std::optional<double> compliance;        // m^5/N
-  std::vector<int> particles;              // of the closed mesh
-  std::vector<Triangle> triangles;         // solver indices
+  std::vector<int> particles;              // all particles of the closed mesh
+  std::vector<Triangle> triangles;         // of the closed mesh
 };
 
-/// A connected body that is damped: particles first .. first + count - 1.
+/// A connected component with damping: particles first .. first + count - 1.
 struct DampedIsland {
   int first, count;
   double damping;
 };
 
-/// A connected body that nothing holds and whose momenta are kept: particles first .. first + count - 1.
+/// A connected component without pins and attachments whose momenta are conserved: particles first .. first + count
+/// - 1.
 struct FreeIsland {
   int first, count;
 };
 
-/// What the scene's meshes look like to a person: everything in the user's order, all bodies one after the other.
+/// The meshes of all bodies for output and display, one after the other, in the user's order.
 struct RenderMesh {
-  std::vector<Vec3> points;  // at the start
+  std::vector<Vec3> points;  // m, at the start
   std::vector<Quad> faces;
   std::vector<Edge> lines;
-  std::vector<int> body_begin;              // first particle of each body, and one more: the number of particles
-  std::vector<int> face_begin, line_begin;  // the same for faces and lines
+  std::vector<int> body_begin;              // first particle of each body, then the number of particles
+  std::vector<int> face_begin, line_begin;  // first face and line of each body, then their numbers
   std::vector<FileVertices> vertices;       // of each body, before any tear
 };
 
 struct EnvironmentMesh {
   EnvironmentSpec spec;
-  Mesh mesh;  // the spec's transform applied
+  Mesh mesh;  // after the transform of the spec
 };
 
-/// Seconds that the parts of build_model took.
+/// Duration of the parts of build_model(), s.
 struct ModelSeconds {
-  double load = 0;     // meshes read or made, checked and placed; their edges, masses and pins
-  double order = 0;    // the solver's order
-  double connect = 0;  // constraints listed
-  double patches = 0;  // cut, their particles coloured and sorted
+  double load = 0;               // reading or generating, checking and transforming meshes; edges, masses and pins
+  double order = 0;              // the solver's order of particles
+  double build_constraints = 0;  // listing constraints
+  double patches = 0;            // cutting into patches, colouring and sorting their particles
 };
 
 struct Model {
   Scene scene;
-  RenderMesh look;
-  std::vector<int> user_index;          // user's index of each particle of the solver
-  std::vector<Vec3> x, v;               // m, m/s
-  std::vector<double> w;                // 1/kg, 0 where pinned for good
-  std::vector<double> mass;             // kg, of pinned particles too
-  std::vector<ConstraintSet> sets;      // in the registry's order of kinds
-  std::vector<SpringSet> springs;       // of Desbrun's method; `sets` then holds what is projected after the filter,
-  std::vector<ConstraintSet> stencils;  // and these what else the filter sees, all with a compliance
+  RenderMesh render_mesh;
+  std::vector<int> user_index;      // the user's index of each particle of the solver
+  std::vector<Vec3> x, v;           // m, m/s
+  std::vector<double> w;            // 1/kg, 0 where pinned permanently
+  std::vector<double> mass;         // kg, including pinned particles
+  std::vector<ConstraintSet> sets;  // in the registry's order of kinds
+  // With Desbrun's method `springs` and `stencils`, all of which have a compliance, are in the filter; `sets` are
+  // projected after it.
+  std::vector<SpringSet> springs;
+  std::vector<ConstraintSet> stencils;
   std::vector<PressureSet> pressures;
-  LongRangeSet long_range;                           // of all bodies that name it
+  LongRangeSet long_range;                           // of all bodies
   AirFaces air;                                      // empty unless the wind has a density
-  std::vector<std::vector<Tetrahedron>> tetrahedra;  // of each body that has any
+  std::vector<std::vector<Tetrahedron>> tetrahedra;  // of each body with tetrahedra
   std::vector<DampedIsland> damped;
-  std::vector<int> islands;      // first particle of each connected body; loose ones in a row count as one
-  std::vector<FreeIsland> free;  // none unless the solver keeps their momenta
+  std::vector<int> islands;      // first particle of each component; consecutive loose particles are one
+  std::vector<FreeIsland> free;  // empty unless the solver corrects momenta
   std::vector<MovedPins> moved;
   std::vector<AttachmentSet> attached;
   Patches patches;
   std::vector<EnvironmentMesh> environment;
   ModelSeconds seconds;
-  bool interactive = false;        // particles may be taken by hand (host/attachments/particle_handles.h)
-  int zero_area_faces = 0;         // dropped from meshes, see check_mesh
-  std::vector<std::string> notes;  // what a person should know of how the meshes were taken
+  bool interactive = false;        // particles may be dragged or held (host/attachments/particle_handles.h)
+  int zero_area_faces = 0;         // dropped from meshes, see check_mesh()
+  std::vector<std::string> notes;  // lines for the user about the scene and its meshes
   int count() const { return static_cast<int>(x.size()); }
 };
 
-/// Loads or generates the scene's meshes, checks them, and lays the model out, the same on any `threads`. Throws
-/// InputError.
+/// Builds the model of a scene: reads or generates its meshes, checks them, and lays the model out. The result is the
+/// same for any number of threads. Throws InputError.
 Model build_model(const Scene& scene, int threads = 1, const PatchBounds& bounds = {});
 
-/// The number of the user's particle in its body, as its file counts vertices.
+/// The number of the user's particle in its body, in the numbering of its file.
 int number_in_body(const Model& model, int user_index);
 
-/// Whose particle this is, for messages: "particle 12 of body 'sheet'" from an index in the user's order.
+/// The name of a particle in messages, from its index in the user's order: "particle 12 of body 'sheet'".
 std::string particle_name(const Model& model, int user_index);
 
-/// Of each vertex of a body's mesh, as its file counts them, the user's particle, or -1 where nothing uses it; then the
-/// particles that tearing added.
-std::vector<int> particles_of_vertices(const RenderMesh& look, std::size_t body);
+/// The user's particle of each vertex of a body's mesh, in the numbering of its file, or -1 for an unused vertex; the
+/// particles that tearing added follow.
+std::vector<int> particles_of_vertices(const RenderMesh& render_mesh, std::size_t body);
 
-/// The body of the user's particle; those of all particles, in the solver's order.
+/// The body of the user's particle.
 int body_of(const Model& model, int user_index);
+/// The body of each particle, in the solver's order.
 std::vector<int> bodies_of(const Model& model);
 
 }  // namespace malha

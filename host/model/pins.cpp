@@ -13,10 +13,11 @@ namespace malha {
 
 namespace {
 
-/// The particles that one pin names; empty where it names none.
-class Finder {
+/// Finds the particles that a selector selects.
+class ParticleFinder {
  public:
-  Finder(const Shape& shape, const Mesh& mesh) : shape_(shape), mesh_(mesh), n_(static_cast<int>(mesh.points.size())) {}
+  ParticleFinder(const Shape& shape, const Mesh& mesh)
+      : shape_(shape), mesh_(mesh), n_(static_cast<int>(mesh.points.size())) {}
 
   std::vector<int> operator()(const RowPin& pin) const {
     int row = 0;
@@ -43,7 +44,7 @@ class Finder {
     const auto& points = mesh_.points;
     return {static_cast<int>(std::min_element(points.begin(), points.end(), nearer) - points.begin())};
   }
-  /// By the file's numbers.
+  /// The vertices in the numbering of the file.
   std::vector<int> operator()(const ListPin& pin) const { return pin.particles; }
 
  private:
@@ -60,38 +61,38 @@ class Finder {
   int n_;
 };
 
-/// The holds of one body.
-class HoldFinder {
+/// Builds the boundary conditions of one body.
+class BoundaryConditionBuilder {
  public:
-  HoldFinder(const Scene& scene, std::size_t body, const Mesh& mesh)
+  BoundaryConditionBuilder(const Scene& scene, std::size_t body, const Mesh& mesh)
       : scene_(scene), spec_(scene.bodies[body]), mesh_(mesh), body_("/bodies/" + std::to_string(body)) {}
 
-  Holds find() {
+  BoundaryConditions build() {
     const std::size_t n = mesh_.points.size();
-    holds_.pinned.assign(n, false), moved_.assign(n, false);
+    boundary_.pinned.assign(n, false), moved_.assign(n, false);
     for (std::size_t k = 0; k < spec_.pins.size(); ++k) {
       const Pin& pin = spec_.pins[k];
       const std::string here = body_ + "/pins/" + std::to_string(k);
-      hold(here, {{}, pin.motion, ""}, pin.release_time, choose(pin.at, here, "a pin that holds a particle"));
+      add_pin(here, {{}, pin.motion, ""}, pin.release_time, select(pin.at, here, "a pin that holds a particle"));
     }
     for (std::size_t k = 0; k < spec_.attachments.size(); ++k)
-      attach(spec_.attachments[k], body_ + "/attachments/" + std::to_string(k));
-    return std::move(holds_);
+      add_attachment(spec_.attachments[k], body_ + "/attachments/" + std::to_string(k));
+    return std::move(boundary_);
   }
 
  private:
-  /// Ascending, each once.
-  std::vector<int> choose(const Selector& selector, const std::string& here, const std::string& allowed) const {
-    std::vector<int> found = std::visit(Finder(spec_.shape, mesh_), selector);
+  /// The selected particles, ascending, each once.
+  std::vector<int> select(const Selector& selector, const std::string& here, const std::string& allowed) const {
+    std::vector<int> found = std::visit(ParticleFinder(spec_.shape, mesh_), selector);
     if (found.empty()) refuse(scene_.file, here, "no particle there", allowed + " (rows are for grids and chains)");
-    if (std::holds_alternative<ListPin>(selector)) take_by_vertex(found, here);
+    if (std::holds_alternative<ListPin>(selector)) map_to_points(found, here);
     std::sort(found.begin(), found.end());
     found.erase(std::unique(found.begin(), found.end()), found.end());
     return found;
   }
 
-  /// The particles that vertices of the file became.
-  void take_by_vertex(std::vector<int>& vertices, const std::string& here) const {
+  /// Replaces vertices of the file by the points that they became.
+  void map_to_points(std::vector<int>& vertices, const std::string& here) const {
     const std::vector<int> points = points_of_vertices(mesh_.vertices, static_cast<int>(mesh_.points.size()));
     const int n = static_cast<int>(points.size());
     for (int& i : vertices) {
@@ -104,33 +105,33 @@ class HoldFinder {
     }
   }
 
-  void hold(const std::string& here, Target target, std::optional<double> release_time, std::vector<int> particles) {
+  void add_pin(const std::string& here, Target target, std::optional<double> release_time, std::vector<int> particles) {
     const bool moves = target.moves() || release_time;
     for (const int i : particles) {
-      if (moved_[i] || (moves && holds_.pinned[i]))
+      if (moved_[i] || (moves && boundary_.pinned[i]))
         refuse(scene_.file, here,
                "particle " + std::to_string(vertex_of(mesh_.vertices, i)) +
                    ", which another pin or rigid attachment holds too",
                "one for a particle that moves or is released");
       if (moves) moved_[i] = true;
-      if (!release_time) holds_.pinned[i] = true;
+      if (!release_time) boundary_.pinned[i] = true;
     }
     if (release_time && scene_.solver.type == "desbrun")
       refuse(scene_.file, here + "/release_time",
              "a release under Desbrun's method, whose filter is made for pins that stay",
              "one without it, or solver type pbd");
-    if (moves) holds_.moved.push_back({std::move(target), release_time, std::move(particles)});
+    if (moves) boundary_.moved.push_back({std::move(target), release_time, std::move(particles)});
   }
 
-  void attach(const Attachment& spec, const std::string& here) {
+  void add_attachment(const Attachment& spec, const std::string& here) {
     Target target{spec.point, spec.motion, spec.environment};
     if (!spec.environment.empty()) target.motion = environment(spec.environment, here + "/to/environment").motion;
-    std::vector<int> particles = choose(spec.at, here + "/at", "an attachment of a particle");
+    std::vector<int> particles = select(spec.at, here + "/at", "an attachment of a particle");
     const bool rigid = spec.compliance.value_or(spec.stiffness == 1 ? 0 : 1) == 0;
-    if (rigid) return hold(here, std::move(target), spec.release_time, std::move(particles));
-    std::erase_if(particles, [this](int i) { return holds_.pinned[i]; });
+    if (rigid) return add_pin(here, std::move(target), spec.release_time, std::move(particles));
+    std::erase_if(particles, [this](int i) { return boundary_.pinned[i]; });
     if (particles.empty()) refuse(scene_.file, here + "/at", "pinned particles alone", "at least one that can move");
-    holds_.attached.push_back(
+    boundary_.attached.push_back(
         {std::move(target), spec.stiffness, spec.compliance, spec.release_time, std::move(particles)});
   }
 
@@ -148,43 +149,43 @@ class HoldFinder {
   const BodySpec& spec_;
   const Mesh& mesh_;
   std::string body_;
-  Holds holds_;
-  std::vector<bool> moved_;  // of each particle: by a pin that moves or is let go
+  BoundaryConditions boundary_;
+  std::vector<bool> moved_;  // whether each particle is in a pin that moves or is released
 };
 
 }  // namespace
 
-std::vector<bool> Holds::at_start() const {
-  std::vector<bool> held = pinned;
+std::vector<bool> BoundaryConditions::at_start() const {
+  std::vector<bool> all = pinned;
   for (const MovedPins& pins : moved)
-    for (const int i : pins.particles) held[i] = true;
-  return held;
+    for (const int i : pins.particles) all[i] = true;
+  return all;
 }
 
-void split_holds(int vertex, Holds& holds) {
-  const int duplicate = static_cast<int>(holds.pinned.size());
-  holds.pinned.push_back(holds.pinned[vertex]);
+void split_boundary_conditions(int vertex, BoundaryConditions& boundary) {
+  const int duplicate = static_cast<int>(boundary.pinned.size());
+  boundary.pinned.push_back(boundary.pinned[vertex]);
   const auto extend = [&](auto& sets) {
     for (auto& set : sets)
       if (std::binary_search(set.particles.begin(), set.particles.end(), vertex)) set.particles.push_back(duplicate);
   };
-  extend(holds.moved), extend(holds.attached);
+  extend(boundary.moved), extend(boundary.attached);
 }
 
-std::vector<bool> held_at_start(const Model& model, bool tied) {
-  std::vector<bool> held(model.w.size());
-  for (std::size_t i = 0; i < held.size(); ++i) held[i] = model.w[i] == 0;
-  const auto hold = [&held](const auto& sets) {
+std::vector<bool> fixed_at_start(const Model& model, bool include_springs) {
+  std::vector<bool> fixed(model.w.size());
+  for (std::size_t i = 0; i < fixed.size(); ++i) fixed[i] = model.w[i] == 0;
+  const auto fix = [&fixed](const auto& sets) {
     for (const auto& set : sets)
-      for (const int i : set.particles) held[i] = true;
+      for (const int i : set.particles) fixed[i] = true;
   };
-  hold(model.moved);
-  if (tied) hold(model.attached);
-  return held;
+  fix(model.moved);
+  if (include_springs) fix(model.attached);
+  return fixed;
 }
 
-Holds find_holds(const Scene& scene, std::size_t body, const Mesh& mesh) {
-  return HoldFinder(scene, body, mesh).find();
+BoundaryConditions find_boundary_conditions(const Scene& scene, std::size_t body, const Mesh& mesh) {
+  return BoundaryConditionBuilder(scene, body, mesh).build();
 }
 
 }  // namespace malha

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which particles of a body do not move, which follow keyframes or are released, and which are tied to points.
+// Boundary conditions of bodies: permanent pins, pins that move or are released, and attachments to points.
 #pragma once
 #include <optional>
 #include <string>
@@ -9,22 +9,22 @@
 
 namespace malha {
 
-/// Where held particles belong: places that move rigidly.
+/// The target positions of pinned or attached particles, which move rigidly.
 struct Target {
-  std::optional<Vec3> point;     // one for all at the start (m); none: their own places there
-  std::vector<Keyframe> motion;  // of the environment mesh where there is one, otherwise relative to the start
-  std::string environment;       // the mesh that carries them; "": none
+  std::optional<Vec3> point;     // m, one for all at the start; none: the position of each particle at the start
+  std::vector<Keyframe> motion;  // that of the environment object, if there is one, otherwise relative to the start
+  std::string environment;       // object in whose frame the targets are fixed; "": none
   bool moves() const { return point || !motion.empty(); }
 };
 
-/// The particles of a pin that moves or is let go, or of a rigid attachment, which is the same.
+/// Particles of a pin that moves or is released, or of a rigid attachment, which acts like one.
 struct MovedPins {
   Target target;
-  std::optional<double> release_time;  // s; none: never let go
+  std::optional<double> release_time;  // s; none: never released
   std::vector<int> particles;
 };
 
-/// Particles on springs to their places.
+/// Particles attached to their targets by springs.
 struct AttachmentSet {
   Target target;
   double stiffness = 1;
@@ -33,27 +33,27 @@ struct AttachmentSet {
   std::vector<int> particles;
 };
 
-/// What holds a body's particles, in the body's own numbers.
-struct Holds {
-  std::vector<bool> pinned;  // of each particle: for good
+/// Boundary conditions of a body's particles, in the body's numbering.
+struct BoundaryConditions {
+  std::vector<bool> pinned;  // whether each particle is pinned permanently
   std::vector<MovedPins> moved;
   std::vector<AttachmentSet> attached;
   /// Whether each particle is pinned at the start.
   std::vector<bool> at_start() const;
 };
 
-/// Of the particles of `mesh`, the placed mesh of scene.bodies[body]. Throws InputError for a selector that finds no
-/// particle or does not fit the shape, for pins that leave nothing to move or contradict each other, and for an
-/// attachment to an environment object that is not there.
-Holds find_holds(const Scene& scene, std::size_t body, const Mesh& mesh);
+/// Finds the boundary conditions of scene.bodies[body], whose transformed mesh is `mesh`. Throws InputError for a
+/// selector that finds no particle or does not fit the shape, for pins that contradict each other, for an attachment
+/// whose particles are all pinned, and for one to an environment object that does not exist.
+BoundaryConditions find_boundary_conditions(const Scene& scene, std::size_t body, const Mesh& mesh);
 
 struct Model;
 
-/// Whether each particle (the solver's number) is held at the start: by pins, rigid attachments, and, where they are to
-/// be `tied` too, by the springs of others.
-std::vector<bool> held_at_start(const Model& model, bool tied);
+/// Whether each particle (the solver's numbering) is fixed at the start by a pin or a rigid attachment, or, with
+/// `include_springs`, by an attachment with a spring.
+std::vector<bool> fixed_at_start(const Model& model, bool include_springs);
 
-/// What holds a vertex that splits holds its duplicate too, the next particle.
-void split_holds(int vertex, Holds& holds);
+/// Copies the boundary conditions of a vertex that splits to its duplicate, which is the next particle of the body.
+void split_boundary_conditions(int vertex, BoundaryConditions& boundary);
 
 }  // namespace malha

@@ -13,31 +13,31 @@ namespace malha {
 
 namespace {
 
-/// Which triangles are to be turned round so that neighbours agree.
-std::vector<bool> turned_round(const Mesh& mesh, const std::vector<Triangle>& all) {
+/// The triangles that must be flipped so that neighbours are oriented consistently.
+std::vector<bool> flipped_triangles(const Mesh& mesh, const std::vector<Triangle>& all) {
   const std::vector<int> opposite = opposite_sides(mesh.points.size(), all);
-  std::vector<bool> seen(all.size(), false), turned(all.size(), false);
+  std::vector<bool> visited(all.size(), false), flipped(all.size(), false);
   std::vector<int> front;
   for (std::size_t start = 0; start < all.size(); ++start) {
-    if (seen[start]) continue;
-    seen[start] = true, front = {static_cast<int>(start)};
+    if (visited[start]) continue;
+    visited[start] = true, front = {static_cast<int>(start)};
     while (!front.empty()) {
       const int t = front.back();
       front.pop_back();
       for (int k = 0; k < 3; ++k) {
         const int other = opposite[3 * t + k];
-        if (other < 0 || seen[other / 3]) continue;
-        const bool alike = all[t][k] == all[other / 3][other % 3];  // both go along their edge the same way
-        seen[other / 3] = true, turned[other / 3] = turned[t] != alike;
+        if (other < 0 || visited[other / 3]) continue;
+        const bool alike = all[t][k] == all[other / 3][other % 3];  // both traverse the edge in the same direction
+        visited[other / 3] = true, flipped[other / 3] = flipped[t] != alike;
         front.push_back(other / 3);
       }
     }
   }
-  return turned;
+  return flipped;
 }
 
-/// Sums over the corners of triangles; whether the surface lies on itself anywhere.
-bool sum_normals(const Mesh& mesh, const std::vector<Triangle>& all, const std::vector<bool>& turn, Vector* normal,
+/// Computes unit normals of the points as sums over their triangles, and marks folds. Returns true if there are any.
+bool sum_normals(const Mesh& mesh, const std::vector<Triangle>& all, const std::vector<bool>& flipped, Vector* normal,
                  std::vector<bool>& folded, std::size_t first) {
   std::vector<double> area(mesh.points.size(), 0);
   std::fill_n(normal, mesh.points.size(), Vector{0, 0, 0});
@@ -45,7 +45,7 @@ bool sum_normals(const Mesh& mesh, const std::vector<Triangle>& all, const std::
     const Vector a = vector(mesh.points[all[t][0]]);
     const Vector n = cross(vector(mesh.points[all[t][1]]) - a, vector(mesh.points[all[t][2]]) - a);
     for (const int corner : all[t])
-      normal[corner] = normal[corner] + (!turn.empty() && turn[t] ? -n : n), area[corner] += norm(n);
+      normal[corner] = normal[corner] + (!flipped.empty() && flipped[t] ? -n : n), area[corner] += norm(n);
   }
   bool any = false;
   for (std::size_t i = 0; i < mesh.points.size(); ++i) {
@@ -57,17 +57,18 @@ bool sum_normals(const Mesh& mesh, const std::vector<Triangle>& all, const std::
   return any;
 }
 
-/// In the mesh's own numbers. How its triangles wind does not matter.
-void look_at_surface(const Mesh& mesh, Vector* normal, std::vector<bool>& folded, std::size_t first) {
+/// Computes the normals and folds of a mesh, whose triangles may be oriented inconsistently.
+void compute_normals(const Mesh& mesh, Vector* normal, std::vector<bool>& folded, std::size_t first) {
   if (!mesh.tetrahedra.empty()) return;
   const std::vector<Triangle> all = triangles(mesh);
   if (sum_normals(mesh, all, {}, normal, folded, first))
-    sum_normals(mesh, all, turned_round(mesh, all), normal, folded, first);
+    sum_normals(mesh, all, flipped_triangles(mesh, all), normal, folded, first);
 }
 
+/// Calls visit(i, j) for every side of a face, line and edge of a tetrahedron.
 template <class Visit>
 void for_each_side(const Mesh& mesh, const Visit& visit) {
-  visit_face_sides(mesh.faces, visit);
+  for_each_face_side(mesh.faces, visit);
   for (const Edge& line : mesh.lines) visit(line[0], line[1]);
   for (const Tetrahedron& t : mesh.tetrahedra)
     for (int j = 0; j < 4; ++j)
@@ -94,10 +95,10 @@ RestGraph rest_graph(const Model& model, const std::vector<double>& w) {
     graph.mass[model.user_index[i]] = model.mass[i], graph.pinned[model.user_index[i]] = w[i] == 0;
   }
   graph.mean = graph.x;
-  for (std::size_t b = 0; b + 1 < model.look.body_begin.size(); ++b) {
-    const Mesh mesh = body_mesh(model.look, b);
-    const int first = model.look.body_begin[b];
-    look_at_surface(mesh, &graph.normal[first], graph.folded, first);
+  for (std::size_t b = 0; b + 1 < model.render_mesh.body_begin.size(); ++b) {
+    const Mesh mesh = body_mesh(model.render_mesh, b);
+    const int first = model.render_mesh.body_begin[b];
+    compute_normals(mesh, &graph.normal[first], graph.folded, first);
     for_each_side(mesh, [&](int i, int j) {
       if (graph.pinned[first + i] && graph.pinned[first + j]) graph.nearby.push_back({first + i, first + j});
     });

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A body at rest as its next coarser picture sees it: particles, and links that keep them together.
+// Graph of bodies at rest for coarsening: particles with normals and masses, and the links that keep them together.
 #pragma once
 #include <vector>
 
@@ -8,55 +8,59 @@
 
 namespace malha {
 
-/// A mean normal that is shorter says that the surface lies on itself.
+/// A mean normal shorter than this marks a fold: the surface has no tangent plane there.
 inline constexpr double kFolded = 0.35;
 
 struct Link {
   int a, b;
   double length;  // m, along the surface
-  int set;        // of the constraints that it stands for
+  int set;        // constraint set that the link represents
 };
 
 struct RestGraph {
-  std::vector<Vector> x;       // m
-  std::vector<Vector> mean;    // of the finest particles that it is the mass centre of: not on a curved surface
-  std::vector<Vector> normal;  // of the surface there, a unit vector; 0: none, of lines and solids
-  std::vector<bool> folded;    // whether the surface has an edge there, so that it has no tangent plane
-  std::vector<Vector> give;    // how far weight stretches it (see stretch_by_weight()); empty: not at all
-  std::vector<double> mass;    // kg
+  std::vector<Vector> x;        // m
+  std::vector<Vector> mean;     // m, mass centre of its finest particles; off the surface where that is curved
+  std::vector<Vector> normal;   // unit normal of the surface; 0 for lines and solids
+  std::vector<bool> folded;     // true where the surface has a crease and thus no tangent plane
+  std::vector<Vector> stretch;  // static stretch, see stretch_by_weight(); empty: none
+  std::vector<double> mass;     // kg
   std::vector<bool> pinned;
-  std::vector<Link> links;   // what pulls
-  std::vector<Edge> nearby;  // further neighbours, which nothing pulls together: pinned ones of each other
+  std::vector<Link> links;   // pairs with a constraint between them
+  std::vector<Edge> nearby;  // further neighbours, without a constraint between them, such as pairs of pins
   int count() const { return static_cast<int>(x.size()); }
 };
 
 struct Model;
 
-/// `more`, and those of links.
+/// The edges of `more`, then those of the links.
 std::vector<Edge> edges_of(const std::vector<Link>& links, const std::vector<Edge>& more = {});
 
-/// Of all bodies, in the user's numbers, without links. `w`: of the model's particles now, 1/kg, 0 where they are held.
+/// The graph of all bodies in the user's numbering, without links. `w` are the present inverse masses (1/kg) in the
+/// solver's order, 0 for pinned particles.
 RestGraph rest_graph(const Model& model, const std::vector<double>& w);
 
-/// Of each particle a weighted mean of others.
+/// Weighted means of particles, one for each particle of another level. Mean i has the terms begin[i] .. begin[i + 1]
+/// - 1.
 struct Means {
-  std::vector<int> begin{0}, of;
-  std::vector<double> weight;  // >= 0, and those of a mean sum to 1
+  std::vector<int> begin{0}, of;  // of: the particle of each term
+  std::vector<double> weight;     // of each term, >= 0; those of a mean sum to 1
   int count() const { return static_cast<int>(begin.size()) - 1; }
   void reserve(std::size_t means, std::size_t each) {
     begin.reserve(means + 1), of.reserve(means * each), weight.reserve(means * each);
   }
 };
 
-/// A picture with about a quarter of the particles of a sheet, an eighth of a solid's, half of a line's.
-struct Coarser {
+/// A coarser graph, with about a quarter of the particles of a sheet, an eighth of those of a solid, half of those of a
+/// line.
+struct Coarsening {
   RestGraph graph;
-  std::vector<int> chosen;  // of each coarse particle, the finer one in whose place it is
-  Means up;                 // of each coarse particle: the mass centre of the finer ones that hang on it
-  Means down;               // of each finer particle: the coarse ones that it follows, at most 4
+  std::vector<int> chosen;  // finer particle from which each coarse one was made
+  Means restriction;        // for each coarse particle the mass centre of the finer ones that depend on it
+  Means prolongation;       // for each finer particle a mean of at most 4 coarse ones
 };
 
-/// The same on any `threads`. Pins come from pins, and stay where they are.
-Coarser coarsen(const RestGraph& fine, int threads = 1);
+/// Coarsens a graph. Pinned coarse particles are made from pinned ones and keep their positions. The result is the same
+/// for any number of threads.
+Coarsening coarsen(const RestGraph& fine, int threads = 1);
 
 }  // namespace malha

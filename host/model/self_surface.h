@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The surfaces of the bodies that collide with themselves and with each other, and what of them crosses: counted by
-// itself, in double, with nothing of the solver's.
+// Surfaces of the bodies that collide with themselves and with each other, and their intersections. These are counted
+// in double precision, independently of the solver.
 #pragma once
 #include <cstdint>
 #include <vector>
@@ -11,43 +11,47 @@
 namespace malha {
 
 struct SelfSurface {
-  std::vector<Simplex> simplices;         // solver's numbers; in the order of their lowest particles
-  std::vector<unsigned char> takes_part;  // a particle
+  std::vector<Simplex> simplices;         // in the solver's numbering, ordered by their lowest particles
+  std::vector<unsigned char> takes_part;  // 1 for each particle that collides
   std::vector<int> body;                  // of each particle
   int particles = 0, edges = 0, triangles = 0;
 };
 
-/// Quads as triangles(mesh) splits them. Of the bodies that self_collision names, in a scene that has it.
+/// The surface of the bodies that the "self_collision" of the scene names; the scene must have one. Quads are split as
+/// by triangles(mesh).
 SelfSurface self_surface(const Model& model);
-/// The same of all bodies.
+/// The surface of all bodies.
 SelfSurface bodies_surface(const Model& model);
 
-/// An edge that goes through a triangle, solver's numbers.
+/// An edge that crosses a triangle, in the solver's numbering.
 struct CrossingPair {
   Edge edge;
   Triangle triangle;
 };
 
-/// Edges that properly cross triangles of which they have no particle, at x (solver's order). `tried` grows by the
-/// triangles whose boxes edges touch.
-std::int64_t count_crossings(const SelfSurface& surface, const std::vector<Vec3>& x, std::int64_t* tried = nullptr);
+/// Number of pairs of an edge and a triangle without a common particle that cross at the positions x (m, solver's
+/// order). If `tests` is given, it is increased by the number of pairs whose boxes overlap.
+std::int64_t count_crossings(const SelfSurface& surface, const std::vector<Vec3>& x, std::int64_t* tests = nullptr);
 
-/// Those, and edges that touch triangles of other bodies: bodies that are placed evenly cross a step later.
+/// The pairs that cross, and those of different bodies that touch: bodies placed exactly side by side cross a step
+/// later.
 std::vector<CrossingPair> crossings_and_touches(const SelfSurface& surface, const std::vector<Vec3>& x);
-/// The same in the solver's precision, before the first step: there what is almost apart may touch.
+/// crossings_and_touches() of the start positions in the solver's precision, in which small gaps may close.
 std::vector<CrossingPair> crossings_at_start(const Model& model, const SelfSurface& surface);
 
-/// How many pairs of particles and triangles, and of edges, the solver's search would find, from a sample of the boxes:
-/// within its reach of twice the thickness, and within the thickness. Those that share a particle are counted too.
+/// Estimated number of pairs, of particles with triangles and of edges with edges, that the broad phase of the solver
+/// finds: within its search distance of twice the thickness (candidates), and within the thickness (near). It is
+/// computed from a sample of the boxes and includes pairs with a common particle.
 struct PairEstimate {
-  double looked_at = 0, near = 0;
+  double candidates = 0, near = 0;
 };
 PairEstimate estimate_pairs(const SelfSurface& surface, const std::vector<Vec3>& x, double thickness);
 
-/// Refuses a model whose pairs at the start would not fit the memory that is left, and notes where they are very many.
+/// Throws OutOfMemory if the pairs at the start would not fit into the free memory, and adds a note if they are very
+/// many.
 void check_pairs(Model& model, const SelfSurface& surface);
 
-/// Refuses a model whose bodies cross or touch at the start, or notes it where the scene ignores that.
+/// Throws InputError if bodies cross or touch at the start, or adds a note if the scene ignores crossings.
 void check_crossings(Model& model, const SelfSurface& surface);
 
 }  // namespace malha

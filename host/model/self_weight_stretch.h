@@ -8,12 +8,12 @@
 
 namespace malha {
 
-/// Particles, and how they hang together.
+/// Particles of suspended bodies, and their graph distances to the pins.
 struct SuspendedBody {
   const std::vector<Vector>& x;            // m, at rest
-  const std::vector<double>& mass;         // kg, of what is not held
-  const std::vector<int>& graph_distance;  // links to what is held; 0: held, -1: nothing holds it
-  const std::vector<int>& part;            // connected part of each particle
+  const std::vector<double>& mass;         // kg, 0 for pinned particles
+  const std::vector<int>& graph_distance;  // links to the nearest pin; 0: pinned, -1: not connected with a pin
+  const std::vector<int>& part;            // connected component of each particle
   double gravity;                          // m/s^2
 };
 
@@ -23,16 +23,16 @@ struct Spring {
 };
 
 /// A triangle of an elastic sheet.
-struct SheetPiece {
+struct SheetTriangle {
   std::array<int, 3> corner;
   double Y;  // Young's modulus times thickness, N/m
 };
 
-/// Of each particle sqrt(e) n: the body there is longer by a strain of e along the unit vector n, which leads away from
-/// what is held. e is the weight of all that is more links away from there, over the stiffness of the cut in between.
-/// Of strips and sheets that hang by a row this is their stretch to some percent; of what hangs by points it is that of
-/// rings around them. Its own loads (wind, a swing) stretch a body further.
+/// Returns sqrt(e) n for each particle, where e is the static strain along the unit vector n, which points away from
+/// the pins. e is the weight of all particles with a larger graph distance over the stiffness of the cross-section
+/// between. For strips and sheets that hang by a row this is accurate to some percent. For bodies that hang by points
+/// it is the stretch of rings around these. Other loads (wind, swinging) are not included.
 std::vector<Vector> stretch_by_weight(const SuspendedBody& body, const std::vector<Spring>& springs,
-                                      const std::vector<SheetPiece>& sheet);
+                                      const std::vector<SheetTriangle>& sheet);
 
 }  // namespace malha

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pins that are set between two steps.
+// Changes of the pins between two steps.
 #pragma once
 #include <vector>
 
@@ -7,14 +7,14 @@
 
 namespace malha {
 
-/// The user's particles that are pinned for good and rest, ascending.
-std::vector<int> still_pins(const Model& model);
+/// The particles that are pinned permanently and at rest, in the user's numbering, ascending.
+std::vector<int> static_pins(const Model& model);
 
-/// Whether each particle (the user's number) has a pin or a rigid attachment on keyframes.
-std::vector<bool> on_keyframes(const Model& model);
+/// Whether each particle (the user's numbering) has a pin or a rigid attachment that moves.
+std::vector<bool> has_keyframes(const Model& model);
 
-/// The model's scene, in which these particles (the user's numbers, ascending) are the pins that rest. Throws
-/// InputError for one that is not there, and for one that an attachment or a pin on keyframes or with a release has.
+/// The scene of the model with these particles (the user's numbering, ascending) as its static pins. Throws InputError
+/// for an index out of range, and for a particle of a rigid attachment or of a pin with keyframes or a release time.
 Scene with_pins(const Model& model, const std::vector<int>& particles);
 
 }  // namespace malha

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The stencils of a model, one after the other, with their weights (kernels/projection/stencil.h).
+// Iteration over the stencils of a model, with their weights (kernels/projection/stencil.h).
 #pragma once
 #include <algorithm>
 #include <array>
@@ -10,7 +10,7 @@
 
 namespace malha {
 
-/// Calls f(Kind(), Kind::Stencil()) for the kind of a set of stencils.
+/// Calls f(Kind(), Kind::Stencil()) with the kind of a set of stencils.
 template <class F>
 void with_stencil(const ConstraintSet& set, F&& f) {
   with_kind(set.type, [&]<class Kind>(Kind kind) {
@@ -18,16 +18,18 @@ void with_stencil(const ConstraintSet& set, F&& f) {
   });
 }
 
+/// One stencil of a set.
 template <class Kind>
 struct StencilOf {
   using Stencil = typename Kind::Stencil;
   static constexpr int n = Kind::particles;
   const int* particles;
-  double alpha;  // of this one
+  double alpha;  // compliance
   std::array<std::array<double, n>, Stencil::vectors> weights;
-  std::array<double, Stencil::numbers> own;
+  std::array<double, Stencil::numbers> own;  // parameters of the stencil, see Stencil::weights()
 };
 
+/// Stencil c of a set, at the rest positions X (m).
 template <class Kind>
 StencilOf<Kind> stencil_of(const ConstraintSet& set, int c, const std::vector<Vec3>& X) {
   using Stencil = typename Kind::Stencil;
@@ -41,7 +43,7 @@ StencilOf<Kind> stencil_of(const ConstraintSet& set, int c, const std::vector<Ve
   return one;
 }
 
-/// Calls f(StencilOf<Kind>) for each.
+/// Calls f(StencilOf<Kind>) for each stencil of the model.
 template <class F>
 void for_each_stencil(const Model& model, F&& f) {
   for (const ConstraintSet& set : model.stencils)

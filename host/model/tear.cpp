@@ -12,17 +12,17 @@ namespace malha {
 
 namespace {
 
-/// The tears of one body.
+/// Finds the splits of one body.
 class Tearer {
  public:
-  /// `x`: of the body's particles.
-  Tearer(int body, const Mesh& rest, const Vec3* x, std::vector<bool> fixed)
-      : body_(body), rest_(rest), x_(x), busy_(std::move(fixed)), around_(rest.points.size()) {
+  /// `x` are the positions of the body's particles, `pinned` whether each of them is pinned.
+  Tearer(int body, const Mesh& rest, const Vec3* x, std::vector<bool> pinned)
+      : body_(body), rest_(rest), x_(x), excluded_(std::move(pinned)), incident_(rest.points.size()) {
     for (std::size_t f = 0; f < rest.faces.size(); ++f)
       for (const int corner : rest.faces[f])
-        if (corner >= 0) around_[corner].push_back(static_cast<int>(f));
+        if (corner >= 0) incident_[corner].push_back(static_cast<int>(f));
     for (std::size_t l = 0; l < rest.lines.size(); ++l)
-      for (const int end : rest.lines[l]) around_[end].push_back(static_cast<int>(rest.faces.size() + l));
+      for (const int end : rest.lines[l]) incident_[end].push_back(static_cast<int>(rest.faces.size() + l));
   }
 
   std::vector<Split> find(double limit) {
@@ -46,21 +46,21 @@ class Tearer {
 
  private:
   bool split(int vertex, int along, std::vector<Split>& splits) {
-    if (busy_[vertex]) return false;
+    if (excluded_[vertex]) return false;
     const Vec3 direction = minus(x_[along], x_[vertex]);
     const int faces = static_cast<int>(rest_.faces.size());
     Split split{body_, vertex, {}, {}};
     std::size_t stay = 0;
-    for (const int element : around_[vertex]) {
-      if (dot(minus(middle(element), x_[vertex]), direction) >= 0)
+    for (const int element : incident_[vertex]) {
+      if (dot(minus(centre(element), x_[vertex]), direction) >= 0)
         ++stay;
       else if (element < faces)
         split.faces.push_back(element);
       else
         split.lines.push_back(element - faces);
     }
-    if (stay == 0 || stay == around_[vertex].size()) return false;
-    for (const int element : around_[vertex]) each_corner(element, [this](int corner) { busy_[corner] = true; });
+    if (stay == 0 || stay == incident_[vertex].size()) return false;
+    for (const int element : incident_[vertex]) each_corner(element, [this](int corner) { excluded_[corner] = true; });
     splits.push_back(std::move(split));
     return true;
   }
@@ -75,7 +75,7 @@ class Tearer {
         if (corner >= 0) visit(corner);
   }
 
-  Vec3 middle(int element) const {
+  Vec3 centre(int element) const {
     Vec3 sum{0, 0, 0};
     int corners = 0;
     each_corner(element, [&](int i) {
@@ -88,8 +88,8 @@ class Tearer {
   int body_;
   const Mesh& rest_;
   const Vec3* x_;
-  std::vector<bool> busy_;                // pinned, or beside what splits now
-  std::vector<std::vector<int>> around_;  // faces, and then lines, of each vertex
+  std::vector<bool> excluded_;              // pinned, or in the neighbourhood of a vertex that splits now
+  std::vector<std::vector<int>> incident_;  // faces and lines of each vertex; lines are numbered after the faces
 };
 
 }  // namespace
@@ -101,13 +101,15 @@ void apply(const Split& split, Mesh& mesh) {
   for (const int l : split.lines) std::replace(mesh.lines[l].begin(), mesh.lines[l].end(), split.vertex, duplicate);
 }
 
-Mesh body_mesh(const RenderMesh& look, std::size_t body) {
-  const int first = look.body_begin[body];
-  Mesh mesh{{look.points.begin() + first, look.points.begin() + look.body_begin[body + 1]},
-            {look.faces.begin() + look.face_begin[body], look.faces.begin() + look.face_begin[body + 1]},
-            {look.lines.begin() + look.line_begin[body], look.lines.begin() + look.line_begin[body + 1]},
+Mesh body_mesh(const RenderMesh& render_mesh, std::size_t body) {
+  const int first = render_mesh.body_begin[body];
+  Mesh mesh{{render_mesh.points.begin() + first, render_mesh.points.begin() + render_mesh.body_begin[body + 1]},
+            {render_mesh.faces.begin() + render_mesh.face_begin[body],
+             render_mesh.faces.begin() + render_mesh.face_begin[body + 1]},
+            {render_mesh.lines.begin() + render_mesh.line_begin[body],
+             render_mesh.lines.begin() + render_mesh.line_begin[body + 1]},
             {},
-            look.vertices[body]};
+            render_mesh.vertices[body]};
   for (Quad& face : mesh.faces)
     for (int& corner : face)
       if (corner >= 0) corner -= first;
@@ -130,8 +132,8 @@ std::vector<Split> find_tears(const Model& model, const std::vector<Vec3>& x, co
   for (std::size_t b = 0; b < model.scene.bodies.size(); ++b) {
     const auto& tear = model.scene.bodies[b].tear;
     if (!tear) continue;
-    const int begin = model.look.body_begin[b], end = model.look.body_begin[b + 1];
-    const Mesh rest = body_mesh(model.look, b);
+    const int begin = model.render_mesh.body_begin[b], end = model.render_mesh.body_begin[b + 1];
+    const Mesh rest = body_mesh(model.render_mesh, b);
     Tearer tearer(static_cast<int>(b), rest, &x[begin], {pinned.begin() + begin, pinned.begin() + end});
     const std::vector<Split> found = tearer.find(tear->strain);
     all.insert(all.end(), found.begin(), found.end());
@@ -139,35 +141,36 @@ std::vector<Split> find_tears(const Model& model, const std::vector<Vec3>& x, co
   return all;
 }
 
-Breakable breakable(const Model& model) {
+TearableEdges tearable_edges(const Model& model) {
   const std::vector<int> number = solver_of(model.user_index);
-  Breakable found;
+  TearableEdges found;
   for (std::size_t b = 0; b < model.scene.bodies.size(); ++b) {
     const auto& tear = model.scene.bodies[b].tear;
     if (!tear) continue;
-    const Mesh rest = body_mesh(model.look, b);
+    const Mesh rest = body_mesh(model.render_mesh, b);
     for (const Edge& e : edges(rest)) {
-      const int first = model.look.body_begin[b];
+      const int first = model.render_mesh.body_begin[b];
       const Edge ends{number[first + e[0]], number[first + e[1]]};
-      if (!(model.w[ends[0]] > 0) && !(model.w[ends[1]] > 0)) continue;  // neither end could split
+      if (!(model.w[ends[0]] > 0) && !(model.w[ends[1]] > 0)) continue;  // neither end can split
       found.ends.push_back(ends);
-      found.longest.push_back((1 + tear->strain) * norm(minus(rest.points[e[1]], rest.points[e[0]])));
+      found.max_length.push_back((1 + tear->strain) * norm(minus(rest.points[e[1]], rest.points[e[0]])));
     }
   }
   return found;
 }
 
-bool tears(const Scene& scene) {
+bool can_tear(const Scene& scene) {
   return std::any_of(scene.bodies.begin(), scene.bodies.end(), [](const BodySpec& b) { return b.tear.has_value(); });
 }
 
-std::vector<int> ancestors(const Model& before, const Model& after, const std::vector<Split>& done, std::size_t first) {
-  const std::vector<int>&old = before.look.body_begin, &now = after.look.body_begin;
-  std::vector<int> user;  // of `before`, by the user's number of `after`
+std::vector<int> ancestors(const Model& before, const Model& after, const std::vector<Split>& splits,
+                           std::size_t first) {
+  const std::vector<int>&old = before.render_mesh.body_begin, &now = after.render_mesh.body_begin;
+  std::vector<int> user;  // the user's index in `before` for each of `after`
   for (std::size_t b = 0; b + 1 < now.size(); ++b) {
     for (int i = old[b]; i < old[b + 1]; ++i) user.push_back(i);
-    for (std::size_t s = first; s < done.size(); ++s)
-      if (done[s].body == static_cast<int>(b)) user.push_back(user[now[b] + done[s].vertex]);
+    for (std::size_t s = first; s < splits.size(); ++s)
+      if (splits[s].body == static_cast<int>(b)) user.push_back(user[now[b] + splits[s].vertex]);
   }
   const std::vector<int> number = solver_of(before.user_index);
   std::vector<int> from;
@@ -175,7 +178,7 @@ std::vector<int> ancestors(const Model& before, const Model& after, const std::v
   return from;
 }
 
-std::vector<int> numbers_of(const std::vector<Split>& splits) {
+std::vector<int> encode_splits(const std::vector<Split>& splits) {
   std::vector<int> numbers;
   for (const Split& split : splits) {
     numbers.insert(numbers.end(), {split.body, split.vertex});
@@ -187,16 +190,16 @@ std::vector<int> numbers_of(const std::vector<Split>& splits) {
   return numbers;
 }
 
-std::vector<Split> splits_of(const std::vector<int>& numbers, const Scene& scene, const RenderMesh& whole,
-                             const std::string& file) {
+std::vector<Split> decode_splits(const std::vector<int>& numbers, const Scene& scene, const RenderMesh& intact,
+                                 const std::string& file) {
   const auto require = [&file](bool good, const std::string& found, const std::string& allowed) {
     if (!good) refuse(file, "tears", found, allowed);
   };
   std::vector<Mesh> meshes;
-  std::vector<std::vector<std::size_t>> around;  // how many faces and lines hold each vertex
+  std::vector<std::vector<std::size_t>> incident;  // number of faces and lines of each vertex
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
-    meshes.push_back(scene.bodies[b].tear ? body_mesh(whole, b) : Mesh{});
-    auto& counts = around.emplace_back(meshes[b].points.size(), 0);
+    meshes.push_back(scene.bodies[b].tear ? body_mesh(intact, b) : Mesh{});
+    auto& counts = incident.emplace_back(meshes[b].points.size(), 0);
     for (const Quad& face : meshes[b].faces)
       for (const int corner : face)
         if (corner >= 0) ++counts[corner];
@@ -215,7 +218,7 @@ std::vector<Split> splits_of(const std::vector<int>& numbers, const Scene& scene
     Mesh& mesh = meshes[split.body];
     require(split.vertex >= 0 && split.vertex < int(mesh.points.size()), "vertex " + std::to_string(split.vertex),
             "0 to " + std::to_string(mesh.points.size() - 1));
-    const auto take = [&](std::vector<int>& list, const auto& elements, const std::string& what) {
+    const auto read = [&](std::vector<int>& list, const auto& elements, const std::string& what) {
       require(left() >= 1 && numbers[at] >= 0 && std::size_t(numbers[at]) < left(), "a list that ends in a tear",
               "whole tears");
       const auto first = numbers.begin() + std::ptrdiff_t(at) + 1;
@@ -228,13 +231,13 @@ std::vector<Split> splits_of(const std::vector<int>& numbers, const Scene& scene
                 what + " " + std::to_string(e), "those of vertex " + std::to_string(split.vertex) + ", ascending");
       }
     };
-    take(split.faces, mesh.faces, "face"), take(split.lines, mesh.lines, "line");
-    const std::size_t parted = split.faces.size() + split.lines.size();
-    std::size_t& all = around[split.body][split.vertex];
-    require(parted > 0 && parted < all, std::to_string(parted) + " faces and lines that part",
+    read(split.faces, mesh.faces, "face"), read(split.lines, mesh.lines, "line");
+    const std::size_t moved = split.faces.size() + split.lines.size();
+    std::size_t& all = incident[split.body][split.vertex];
+    require(moved > 0 && moved < all, std::to_string(moved) + " faces and lines that get the duplicate",
             "1 to " + std::to_string(int(all) - 1) + " at vertex " + std::to_string(split.vertex));
-    all -= parted;
-    around[split.body].push_back(parted);
+    all -= moved;
+    incident[split.body].push_back(moved);
     apply(split, mesh);
     splits.push_back(std::move(split));
   }

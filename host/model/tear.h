@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tearing (Müller et al. 2006, figure 10): which vertices split, and meshes after that.
+// Tearing (Müller et al. 2006, figure 10): the vertices that split, and the model after the splits.
 #pragma once
 #include <vector>
 
@@ -7,58 +7,61 @@
 
 namespace malha {
 
-/// A vertex of a body becomes two: `faces` and `lines` get the duplicate, the body's next particle, the others keep it.
+/// The split of a vertex into two. `faces` and `lines` get the duplicate, which is the body's next particle; the others
+/// keep the vertex.
 struct Split {
   int body, vertex;
-  std::vector<int> faces, lines;  // numbers in the body, ascending
+  std::vector<int> faces, lines;  // in the body's numbering, ascending
 };
 
-/// Appends the duplicate, at the vertex' place.
+/// Splits the vertex: appends its duplicate at the same position.
 void apply(const Split& split, Mesh& mesh);
 
-/// The splits that x (m, the user's order) asks for: edge by edge, the most strained first, one end each, along the
-/// plane through it that is perpendicular to the edge. A split relieves what is around it, so that of one neighbourhood
-/// only one vertex splits. Pinned vertices, and those that have nothing beyond the plane, do not.
-/// `pinned`: see pinned_now().
+/// Finds the splits for the positions x (m, the user's order). For each overstretched edge, the most strained first,
+/// one of its ends splits along the plane through it that is perpendicular to the edge. A split relieves its
+/// neighbourhood, so that only one vertex of a neighbourhood splits at a time. Pinned vertices do not split, nor those
+/// with no faces or lines beyond the plane. `pinned`: see pinned_now().
 std::vector<Split> find_tears(const Model& model, const std::vector<Vec3>& x, const std::vector<bool>& pinned);
 
-/// Whether each particle (the user's number) is pinned at `time` (s), or `held`.
+/// Whether each particle (the user's numbering) is pinned at `time` (s), or among the particles `held` by the user.
 std::vector<bool> pinned_now(const Model& model, double time, const std::vector<int>& held = {});
 
-/// What a torn model is made of.
-struct Torn {
-  const RenderMesh* whole;         // before any tear
-  const std::vector<Split>* done;  // since then, in this order
+/// The intact meshes of a scene and the splits since, from which a torn model is built.
+struct TearState {
+  const RenderMesh* intact;          // before any tear
+  const std::vector<Split>* splits;  // in the order in which they happened
   const std::vector<EnvironmentMesh>* environment;
   int zero_area_faces;
   const std::vector<std::string>* notes;
 };
 
-/// Lays the model out with these splits. Rest lengths are those of the whole mesh; a mass is shared as in it, so that
-/// the parts of a vertex weigh what it weighed.
-Model build_torn_model(const Scene& scene, const Torn& torn, int threads = 1, const PatchBounds& bounds = {});
+/// Builds the model after the splits. Rest lengths are those of the intact mesh, and masses are shared as in it, so
+/// that the two parts of a vertex together have its mass.
+Model build_torn_model(const Scene& scene, const TearState& torn, int threads = 1, const PatchBounds& bounds = {});
 
-/// The mesh of a body as it was made, numbered by itself.
-Mesh body_mesh(const RenderMesh& look, std::size_t body);
+/// The mesh of a body in its rest shape, in the body's numbering.
+Mesh body_mesh(const RenderMesh& render_mesh, std::size_t body);
 
-/// The edges that tear where they become too long, in the solver's numbers, and how long that is (m).
-struct Breakable {
+/// The edges that may tear, in the solver's numbering, and the lengths (m) beyond which they do.
+struct TearableEdges {
   std::vector<Edge> ends;
-  std::vector<double> longest;
+  std::vector<double> max_length;
 };
-Breakable breakable(const Model& model);
+TearableEdges tearable_edges(const Model& model);
 
-/// Whether a body of the scene tears.
-bool tears(const Scene& scene);
+/// True if a body of the scene has "tear".
+bool can_tear(const Scene& scene);
 
-/// For each particle of `after` (the solver's order), which one of `before` it is or is a duplicate of. Between them
-/// lie the splits from `first` on.
-std::vector<int> ancestors(const Model& before, const Model& after, const std::vector<Split>& done, std::size_t first);
+/// For each particle of `after` (the solver's order) the particle of `before` that it is or is a duplicate of. The
+/// splits from `first` on happened between the two models.
+std::vector<int> ancestors(const Model& before, const Model& after, const std::vector<Split>& splits,
+                           std::size_t first);
 
-/// As integers, for checkpoints, and back. The way back throws InputError, which names `file`, unless the integers are
-/// splits that can be applied to the bodies of `whole` one after the other.
-std::vector<int> numbers_of(const std::vector<Split>& splits);
-std::vector<Split> splits_of(const std::vector<int>& numbers, const Scene& scene, const RenderMesh& whole,
-                             const std::string& file);
+/// Splits as integers, for checkpoints.
+std::vector<int> encode_splits(const std::vector<Split>& splits);
+/// The splits that encode_splits() encoded. Throws InputError, which names `file`, unless they can be applied to the
+/// bodies of `intact` one after the other.
+std::vector<Split> decode_splits(const std::vector<int>& numbers, const Scene& scene, const RenderMesh& intact,
+                                 const std::string& file);
 
 }  // namespace malha

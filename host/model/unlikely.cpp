@@ -18,16 +18,16 @@ namespace {
 constexpr double kThickness = 0.005;  // m
 constexpr double kThicknessOfEdge = 0.2;
 
-// Beyond these a setting is probably not meant.
-constexpr double kOtherUnits = 100;  // sizes
-constexpr double kFewUnits = 10;     // sizes, of a body that is larger than
-constexpr double kLarge = 50;        // m
-constexpr double kThickSelf = 2;     // of an edge: 650 pairs a particle
-constexpr double kThick = 1;         // of an edge
-constexpr double kThin = 1e-4;       // of an edge
-constexpr double kMostFriction = 3;  // a slope of 72 degrees; rubber on rubber has some 1.2
+// Beyond these bounds a setting is probably a mistake.
+constexpr double kOtherUnits = 100;      // ratio of sizes
+constexpr double kOtherUnitsLarge = 10;  // ratio of sizes for a body larger than kLarge
+constexpr double kLarge = 50;            // m
+constexpr double kThickSelf = 2;         // edge lengths: 650 pairs per particle
+constexpr double kThick = 1;             // edge lengths
+constexpr double kThin = 1e-4;           // edge lengths
+constexpr double kMaxFriction = 3;       // a slope of 72 degrees; rubber on rubber has some 1.2
 
-/// m; 0 without edges.
+/// The median length of the edges (m); 0 without edges.
 double median_edge(const Body& body) {
   std::vector<double> lengths;
   lengths.reserve(body.edges.size());
@@ -35,6 +35,7 @@ double median_edge(const Body& body) {
   return median(std::move(lengths));
 }
 
+/// The diagonal of the bounding box, m.
 double size_of(const std::vector<Vec3>& points) {
   const auto [low, high] = bounds_of(points);
   return distance(low, high);
@@ -61,7 +62,7 @@ class UnlikelyFinder {
  private:
   std::string name(std::size_t b) const { return "body '" + scene_.bodies[b].name + "'"; }
 
-  /// The units of files: a body in centimetres beside what is in metres.
+  /// Warns about files in other units, such as a body in centimetres among others in metres.
   void check_sizes() {
     double largest = 0, least = std::numeric_limits<double>::infinity();
     std::size_t large = 0, small = 0;
@@ -82,7 +83,7 @@ class UnlikelyFinder {
                        ": are its numbers centimetres or millimetres? Then take \"scale\": 0.01 or 0.001 in its "
                        "\"transform\"");
     };
-    const double most = largest > kLarge ? kFewUnits : kOtherUnits;
+    const double most = largest > kLarge ? kOtherUnitsLarge : kOtherUnits;
     if (object > 0 && largest > most * object)
       say(largest, object, "the largest object, '" + of_object + "'");
     else if (largest > most * least)
@@ -91,7 +92,7 @@ class UnlikelyFinder {
 
   void check_constraints(std::size_t b) {
     const BodySpec& spec = scene_.bodies[b];
-    const std::vector<bool>& pinned = bodies_[b].holds.pinned;
+    const std::vector<bool>& pinned = bodies_[b].boundary.pinned;
     if (const auto free = std::ranges::count(pinned, false); spec.constraints.empty() && edges_[b] > 0 && free > 0)
       lines_.push_back(name(b) + " names no \"constraints\": each of its " + counted(free, "particle") +
                        " moves by itself; take {\"type\": \"distance\"} to keep its edges' lengths");
@@ -146,7 +147,7 @@ class UnlikelyFinder {
   }
 
   void say_friction(const std::string& of, double friction) {
-    if (friction > kMostFriction)
+    if (friction > kMaxFriction)
       lines_.push_back(of + "a friction of " + shown(friction) + " is " + times(friction) +
                        " the pressing force, where dry materials have .1 to 1.2: is it a percentage?");
   }

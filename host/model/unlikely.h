@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The default thickness of contacts, and settings that can be meant but seldom are: other units, a thickness that the
-// mesh does not go with, a body that nothing holds together.
+// Default thickness of contacts, and warnings about valid settings that are probably mistakes: other units, a thickness
+// that does not fit the mesh, a body without constraints.
 #pragma once
 #include <string>
 #include <vector>
@@ -10,15 +10,15 @@
 
 namespace malha {
 
-/// m: the smallest of the bodies' median edges; infinite without edges.
+/// The smallest of the median edge lengths of the bodies (m); infinite without edges.
 double finest_edge(const std::vector<Body>& bodies);
 
-/// What an object that names no thickness has, m: 5 mm, or a fifth of the finest body's edges where that is less, so
+/// The thickness (m) of an object that has none in the scene: 5 mm, or a fifth of `finest_edge` (m) if that is less, so
 /// that no body floats visibly.
 double default_thickness(double finest_edge);
 
-/// A line for each setting of the scene that is probably not meant, with the ratio that gave it away. The model's
-/// scene, look and environment are as they will be simulated.
+/// A line of text for each setting of the scene that is probably a mistake, with the ratio that shows it. Of the model
+/// only the scene, the render mesh and the environment are used.
 std::vector<std::string> unlikely_settings(const Model& model, const std::vector<Body>& bodies);
 
 }  // namespace malha

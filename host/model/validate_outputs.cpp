@@ -16,8 +16,9 @@ bool names_edges(const Scene& scene) {
 }
 
 void check_expectations(const Scene& scene, bool tetrahedra) {
-  const auto needs = [&scene](bool asked, bool there, const std::string& key, const std::string& what) {
-    if (asked && !there) refuse(scene.file, "/expect/" + key, "an expectation about " + what, "one where there is any");
+  const auto needs = [&scene](bool expected, bool present, const std::string& key, const std::string& what) {
+    if (expected && !present)
+      refuse(scene.file, "/expect/" + key, "an expectation about " + what, "one where there is any");
   };
   bool distance = false, pressure = false, inside = false;
   for (const BodySpec& body : scene.bodies)
@@ -41,7 +42,7 @@ void check_expectations(const Scene& scene, bool tetrahedra) {
 void check_outputs(const Scene& scene) {
   const std::string key = "/outputs/frames/formats";
   for (const std::string& format : scene.outputs.formats) {
-    if (tears(scene) && (format == "pc2" || format == "glb"))
+    if (can_tear(scene) && (format == "pc2" || format == "glb"))
       refuse(scene.file, key, format + ", which holds one mesh for all frames, of a scene that tears", "vtp, ply, obj");
     if (format == "glb" && !has_gltf())
       refuse(scene.file, key, "glb, and this malha was built without tinygltf (Debian: libtinygltf-dev)",

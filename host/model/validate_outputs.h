@@ -5,14 +5,15 @@
 
 namespace malha {
 
-/// Whether an object of the environment names "edges".
+/// True if an object of the environment has "edges".
 bool names_edges(const Scene& scene);
 
-/// An expectation about something that the scene does not have would always be met. `tetrahedra`: its meshes have any.
-/// Throws InputError.
+/// Throws InputError for an expectation about something that the scene does not have, since it would always be met.
+/// `tetrahedra`: whether its meshes have any.
 void check_expectations(const Scene& scene, bool tetrahedra);
 
-/// A mesh that changes has no place in a format that writes it once. Throws InputError.
+/// Throws InputError for a scene that may tear with a format that stores a single mesh for all frames, and for a format
+/// that this build does not support.
 void check_outputs(const Scene& scene);
 
 }  // namespace malha

@@ -15,11 +15,11 @@ namespace malha {
 
 namespace {
 
-/// The least of what a curvature of size 1 folds the hinges by, over the triangle's size, once the six are stretched so
-/// that the triangle is equilateral; 0 where they lie on a conic, which stretching does not change. Equilateral
-/// triangles have 1.07, of Delaunay's one in a hundred has less than 0.5, of diagonals at random one in 300 less than
-/// 0.2.
-double fixes_curvature(const std::vector<Vec3>& points, const std::array<int, 6>& of) {
+/// The smallest fold of the hinges by a curvature of norm 1, over the triangle's size, after an affine map that makes
+/// the triangle equilateral. It is 0 if the six points lie on a conic, which an affine map preserves. Equilateral
+/// triangles have 1.07; of Delaunay triangles one in a hundred has less than 0.5, of random diagonals one in 300 less
+/// than 0.2.
+double curvature_condition(const std::vector<Vec3>& points, const std::array<int, 6>& of) {
   Vector3<double> X[6];
   corners<Plate>(points.data(), of.data(), X);
   double u[6], v[6], a[3][3], area = 0;
@@ -40,14 +40,15 @@ double area_of(const Mesh& mesh, const Triangle& t) {
   return norm(cross(from_first(1), from_first(2))) / 2;
 }
 
-/// What each triangle stands for, and what is connected with whole ones: those that are not `whole` hand on what of
-/// their area their own hinges do not stand for, from the farthest inwards, in equal parts to their neighbours that are
-/// a step nearer to a whole one.
-struct StandFor {
+/// The area that each triangle represents.
+struct RepresentedArea {
   std::vector<double> area;
-  std::vector<bool> connected;  // with a whole one
+  std::vector<bool> connected;  // with a `whole` triangle
 };
-StandFor handed_on(std::vector<double> area, const std::vector<bool>& whole, const std::vector<int>& other) {
+/// Distributes the area of triangles that are not `whole`, as far as their own hinges do not represent it: from the
+/// farthest inwards, in equal parts to the neighbours that are one step nearer to a whole triangle.
+RepresentedArea distribute_area(std::vector<double> area, const std::vector<bool>& whole,
+                                const std::vector<int>& other) {
   const int count = static_cast<int>(area.size());
   std::vector<int> away(count, -1), own_hinges(count), order;
   for (int t = 0; t < count; ++t)
@@ -66,44 +67,44 @@ StandFor handed_on(std::vector<double> area, const std::vector<bool>& whole, con
       if (other[side] >= 0 && away[other[side] / 3] == away[*t] - 1) nearer.push_back(other[side] / 3);
     for (const int to : nearer) area[to] += area[*t] / static_cast<double>(nearer.size());
   }
-  StandFor found{std::move(area), std::vector<bool>(count)};
+  RepresentedArea found{std::move(area), std::vector<bool>(count)};
   for (int t = 0; t < count; ++t) found.connected[t] = away[t] >= 0;
   return found;
 }
 
 }  // namespace
 
-WingedTriangles winged_triangles(const Mesh& mesh, const std::vector<bool>& held) {
-  constexpr double least = 0.2;  // below, a fit would be 25 times as stiff as the plate against some folds
-  // A clamp folds its hinges half as far as the sheet that goes on beyond it, mirrored: the energy is four times that
-  // of the fit beside it.
+WingedTriangles winged_triangles(const Mesh& mesh, const std::vector<bool>& pinned) {
+  constexpr double least = 0.2;  // below this a fit would be 25 times as stiff as the plate against some folds
+  // A clamp folds its hinges half as far as a sheet that continues as its mirror image: the energy must be four times
+  // that of the adjacent fit.
   constexpr double kMirrored = 3;
   const std::vector<Triangle> all = triangles(mesh);
   WingedTriangles found;
-  const std::vector<int> other = opposite_sides(mesh.points.size(), all, &found.crowded);
+  const std::vector<int> other = opposite_sides(mesh.points.size(), all, &found.non_manifold);
   const auto wing = [&](int side) { return other[side] < 0 ? -1 : all[other[side] / 3][(other[side] + 2) % 3]; };
-  std::vector<double> area(all.size());  // of what can bend
-  std::vector<bool> whole(all.size()), still(all.size()), bends(all.size());
+  std::vector<double> area(all.size());  // of triangles that can bend, otherwise 0
+  std::vector<bool> whole(all.size()), fixed(all.size()), bends(all.size());
   for (std::size_t t = 0; t < all.size(); ++t) {
     const int side = static_cast<int>(3 * t);
-    // Side k runs from corner k to the next: across from the one before it.
+    // Side k runs from corner k to the next, and is across from the corner before it.
     const std::array<int, 6> of{all[t][0], all[t][1], all[t][2], wing(side + 1), wing(side + 2), wing(side)};
-    still[t] = held[all[t][0]] && held[all[t][1]] && held[all[t][2]];
-    if (!still[t]) area[t] = area_of(mesh, all[t]);
+    fixed[t] = pinned[all[t][0]] && pinned[all[t][1]] && pinned[all[t][2]];
+    if (!fixed[t]) area[t] = area_of(mesh, all[t]);
     std::array<int, 6> sorted = of;
     std::sort(sorted.begin(), sorted.end());
     if (sorted[0] < 0 || std::adjacent_find(sorted.begin(), sorted.end()) != sorted.end()) continue;
-    if (fixes_curvature(mesh.points, of) < least) continue;
-    whole[t] = true, bends[t] = !still[t];
+    if (curvature_condition(mesh.points, of) < least) continue;
+    whole[t] = true, bends[t] = !fixed[t];
     found.list.push_back(of);
   }
-  const StandFor stands_for = handed_on(area, bends, other);
+  const RepresentedArea represented = distribute_area(area, bends, other);
   for (std::size_t t = 0; t < all.size(); ++t) {
     if (!whole[t]) continue;
-    double beside = 0;  // area
+    double beside = 0;  // area of the neighbours that bend
     for (int side = static_cast<int>(3 * t); side < static_cast<int>(3 * t + 3); ++side)
       if (other[side] >= 0) beside += area[other[side] / 3];
-    found.softness.push_back(bends[t]     ? area[t] / stands_for.area[t]
+    found.softness.push_back(bends[t]     ? area[t] / represented.area[t]
                              : beside > 0 ? area_of(mesh, all[t]) / (kMirrored * beside)
                                           : 1);
   }
@@ -113,9 +114,10 @@ WingedTriangles winged_triangles(const Mesh& mesh, const std::vector<bool>& held
     found.hinges.push_back({corner(side, 0), corner(side, 1), corner(side, 2), corner(other[side], 2)});
     const double both = area[side / 3] + area[other[side] / 3];
     const double length2 = squared_distance(mesh.points[corner(side, 0)], mesh.points[corner(side, 1)]);
-    // Beside a whole one so that it has its share of the energy of a curvature, on average over its directions.
+    // A hinge connected with a winged triangle gets its share of the energy of a curvature, as a mean over all
+    // directions.
     found.hinge_softness.push_back(!(length2 > 0 && both > 0) ? 0
-                                   : stands_for.connected[side / 3]
+                                   : represented.connected[side / 3]
                                        ? fold_by_curvature(mesh, found.hinges.back()).most2() / both
                                        : both / length2);
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Triangles with the three about them, on which `plate` stands (kernels/constraints/plate.h).
+// Triangles with their three neighbours, the elements of `plate` (kernels/constraints/plate.h).
 #pragma once
 #include <array>
 #include <vector>
@@ -9,18 +9,20 @@
 namespace malha {
 
 struct WingedTriangles {
-  std::vector<std::array<int, 6>> list;  // corners, and 3 + i beyond the side across from corner i
-  /// Each one's own area over the area that it stands for: its own, and its part of that of the triangles about it that
-  /// have no three neighbours, or whose six points fix no curvature. What is held at all three corners does not bend.
+  // The corners 0 .. 2 of each triangle; 3 + i is the far corner of the neighbour across from corner i.
+  std::vector<std::array<int, 6>> list;
+  /// Area of each triangle over the area that it represents: its own, and a share of that of nearby triangles that have
+  /// fewer than three neighbours or whose six points do not determine a curvature. Triangles whose corners are all
+  /// pinned do not bend.
   std::vector<double> softness;
-  /// What none of them has, as hinges(mesh), and of each the area of both triangles over the edge's length^2. A hinge
-  /// stands for a third of both.
+  /// Hinges of the sides at which no winged triangle lies, in the form of hinges(mesh), and their softness: the area of
+  /// both triangles over the edge's length^2. A hinge represents a third of both triangles.
   std::vector<std::array<int, 4>> hinges;
   std::vector<double> hinge_softness;
-  int crowded = 0;  // edges of more than two triangles, where nothing bends
+  int non_manifold = 0;  // number of edges with more than two triangles, which do not bend
 };
 
-/// Of triangles(mesh). `held`: of each point, for good.
-WingedTriangles winged_triangles(const Mesh& mesh, const std::vector<bool>& held);
+/// The winged triangles of triangles(mesh). `pinned`: whether each point is pinned permanently.
+WingedTriangles winged_triangles(const Mesh& mesh, const std::vector<bool>& pinned);
 
 }  // namespace malha

@@ -104,7 +104,7 @@ Camera choose_camera(const Model& model, const PictureSpec& spec) {
                           {0.55, -0.12, -0.85}, {-0.85, 0, 0.55},      {0, 0, -1},
                           {-1, 0, 0},           {-0.3, -1, -0.3},      {-0.55, 0.42, -0.85}};
   PointList points;
-  for (const Vec3& x : model.look.points) points.push_back(translated({0, 0, 0}, x));
+  for (const Vec3& x : model.render_mesh.points) points.push_back(translated({0, 0, 0}, x));
   const PointList start = subsample(points);
   const double bodies = extent(points);
   std::vector<Drawing> drawings;

@@ -6,36 +6,36 @@
 
 namespace malha {
 
-FrameVertices::FrameVertices(const RenderMesh& look) : particles_(look.points.size()) {
-  if (std::ranges::all_of(look.vertices, [](const FileVertices& file) { return file.point.empty(); })) return;
+FrameVertices::FrameVertices(const RenderMesh& render_mesh) : particles_(render_mesh.points.size()) {
+  if (std::ranges::all_of(render_mesh.vertices, [](const FileVertices& file) { return file.point.empty(); })) return;
   lowest_.resize(particles_);
-  for (std::size_t b = 0; b < look.vertices.size(); ++b) {
+  for (std::size_t b = 0; b < render_mesh.vertices.size(); ++b) {
     begin_.push_back(static_cast<int>(particle_.size()));
-    const std::vector<int> own = particles_of_vertices(look, b);
+    const std::vector<int> own = particles_of_vertices(render_mesh, b);
     for (int vertex = static_cast<int>(own.size()); vertex-- > 0;) {
       if (own[vertex] >= 0) lowest_[own[vertex]] = begin_[b] + vertex;
     }
     for (std::size_t vertex = 0; vertex < own.size(); ++vertex)
-      if (own[vertex] < 0) unused_.push_back(look.vertices[b].place[vertex]);
+      if (own[vertex] < 0) unused_.push_back(render_mesh.vertices[b].position[vertex]);
     particle_.insert(particle_.end(), own.begin(), own.end());
   }
 }
 
 FrameTopology FrameVertices::topology(const Model& model) const {
-  const RenderMesh& look = model.look;
-  FrameTopology all{look.faces, look.lines, {}, vertex_positions(look.points)};
+  const RenderMesh& render_mesh = model.render_mesh;
+  FrameTopology all{render_mesh.faces, render_mesh.lines, {}, vertex_positions(render_mesh.points)};
   all.in_double = model.scene.solver.precision == Precision::Double;
   all.environment = model.environment;
   for (std::size_t b = 0; b < model.scene.bodies.size(); ++b)
-    all.bodies.push_back({model.scene.bodies[b].name, begin_.empty() ? look.body_begin[b] : begin_[b]});
+    all.bodies.push_back({model.scene.bodies[b].name, begin_.empty() ? render_mesh.body_begin[b] : begin_[b]});
   for (std::size_t b = 0; b < begin_.size(); ++b) {
-    const std::vector<Quad>& in_file = look.vertices[b].faces;
-    for (int f = look.face_begin[b]; f < look.face_begin[b + 1]; ++f)
+    const std::vector<Quad>& in_file = render_mesh.vertices[b].faces;
+    for (int f = render_mesh.face_begin[b]; f < render_mesh.face_begin[b + 1]; ++f)
       for (int k = 0; k < 4; ++k) {
-        const int particle = look.faces[f][k];
+        const int particle = render_mesh.faces[f][k];
         if (particle < 0) continue;
         // The vertex that the file names for this corner, unless tearing replaced its particle.
-        const int own = in_file.empty() ? -1 : begin_[b] + in_file[f - look.face_begin[b]][k];
+        const int own = in_file.empty() ? -1 : begin_[b] + in_file[f - render_mesh.face_begin[b]][k];
         all.faces[f][k] = own >= 0 && particle_[own] == particle ? own : lowest_[particle];
       }
   }

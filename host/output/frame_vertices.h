@@ -10,7 +10,7 @@ namespace malha {
 
 class FrameVertices {
  public:
-  explicit FrameVertices(const RenderMesh& look);
+  explicit FrameVertices(const RenderMesh& render_mesh);
 
   std::size_t count() const { return particle_.empty() ? particles_ : particle_.size(); }
   FrameTopology topology(const Model& model) const;

@@ -24,10 +24,10 @@ std::vector<std::array<float, 3>> to_float(const std::vector<Vec3>& points, int 
 }
 
 Drawing draw_body(const Model& model, const std::vector<Vec3>& positions, int body) {
-  const RenderMesh& look = model.look;
-  const Mesh mesh = body_mesh(look, body);
+  const RenderMesh& render_mesh = model.render_mesh;
+  const Mesh mesh = body_mesh(render_mesh, body);
   Drawing drawing;
-  drawing.points = to_float(positions, look.body_begin[body], look.body_begin[body + 1]);
+  drawing.points = to_float(positions, render_mesh.body_begin[body], render_mesh.body_begin[body + 1]);
   add_faces(drawing, mesh.faces);
   drawing.lines = mesh.lines;
   drawing.loose = mesh.faces.empty();

@@ -212,13 +212,14 @@ void Page::add_frame(double step_ms) {
 }
 
 void Page::add_mesh() {
-  const RenderMesh& look = simulation_.model().look;
+  const RenderMesh& render_mesh = simulation_.model().render_mesh;
   std::vector<std::uint32_t> lines;
-  for (const Edge& line : look.lines) lines.insert(lines.end(), {std::uint32_t(line[0]), std::uint32_t(line[1])});
-  Json mesh{{"count", look.points.size()},  {"start", json_of(packed(look.points))},
-            {"faces", text_of(look.faces)}, {"face_count", look.faces.size()},
-            {"lines", text_of(lines, 2)},   {"line_count", look.lines.size()},
-            {"body_begin", look.body_begin}};
+  for (const Edge& line : render_mesh.lines)
+    lines.insert(lines.end(), {std::uint32_t(line[0]), std::uint32_t(line[1])});
+  Json mesh{{"count", render_mesh.points.size()},  {"start", json_of(packed(render_mesh.points))},
+            {"faces", text_of(render_mesh.faces)}, {"face_count", render_mesh.faces.size()},
+            {"lines", text_of(lines, 2)},          {"line_count", render_mesh.lines.size()},
+            {"body_begin", render_mesh.body_begin}};
   if (const Structure layout = structure(simulation_.model(), simulation_.threads()); layout.patches > 0) {
     mesh["patch"] = text_of(layout.patch), mesh["patches"] = layout.patches;
     mesh["phase"] = text_of(layout.phase), mesh["phases"] = layout.phases;

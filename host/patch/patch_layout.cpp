@@ -60,7 +60,7 @@ class PatchBuilder {
       in_runs += piece_.sets[s].in_runs;
       all += owned_[s].begin[patch_ + 1] - owned_[s].begin[patch_];
     }
-    if (layout.slots + padding_particles() <= kMostSlots && worth_runs(in_runs, all)) {
+    if (layout.slots + padding_particles() <= kMostSlots && should_use_runs(in_runs, all)) {
       piece_.patch.columns = true;
       piece_.patch.slots = layout.slots + padding_particles();
       return true;

@@ -225,7 +225,7 @@ std::optional<Amplification> measure_amplification(const Scene& of, std::size_t 
 }
 
 std::vector<std::optional<Amplification>> measure_amplifications(const Model& model, double steps, int threads) {
-  const std::vector<int>& begin = model.look.body_begin;
+  const std::vector<int>& begin = model.render_mesh.body_begin;
   std::vector<std::optional<Amplification>> all(model.scene.bodies.size());
   // Each body costs its share of a step's time, so the number of bodies does not matter.
   const double affordable = (steps - steps_of_set_up(model)) / kStepsOfAStep;

@@ -59,7 +59,7 @@ std::vector<bool> bodies_with_auto_levels(const Model& model, const std::vector<
   std::vector<double> w = model.w;
   for (const MovedPins& pins : model.moved)
     for (const int i : pins.particles) w[i] = 0;
-  const Linkage linkage = linkage_of(model, w);
+  const CoarseningGraph linkage = coarsening_graph(model, w);
   std::vector<bool> result(model.scene.bodies.size(), false);
   for (int i = 0; i < model.count(); ++i)
     if (should_use_levels(linkage.parts[linkage.part[model.user_index[i]]], solver)) result[body[i]] = true;
@@ -104,7 +104,7 @@ Sag worst_sag(const Model& model) {
   if (solver.type != "pbd" || gravity(model) == 0) return worst;
   std::vector<SuspendedBody> suspended(model.scene.bodies.size());
   const std::vector<int> body = bodies_of(model);
-  const std::vector<bool> pinned = held_at_start(model, true);
+  const std::vector<bool> pinned = fixed_at_start(model, true);
   for (std::size_t i = 0; i < body.size(); ++i)
     if (!pinned[i]) suspended[body[i]].mass += 1 / model.w[i];
   for (const ConstraintSet& set : model.sets) {
@@ -123,7 +123,7 @@ Sag worst_sag(const Model& model) {
   for (const AttachmentSet& set : model.attached)
     for (const int i : set.particles) suspended[body[i]].attached = suspended[body[i]].attached || model.w[i] > 0;
   const double fall = gravity(model) * substep(model) * substep(model);
-  const std::vector<int>& faces = model.look.face_begin;
+  const std::vector<int>& faces = model.render_mesh.face_begin;
   std::vector<bool> auto_levels_act;
   for (std::size_t b = 0; b < suspended.size(); ++b) {
     const SuspendedBody& of = suspended[b];
@@ -159,7 +159,7 @@ VolumeSoftening worst_volume_softening(const Model& model) {
 
 double max_free_stiffness(const Model& model) {
   const std::vector<int> body = bodies_of(model);
-  const std::vector<bool> pinned = held_at_start(model, true);
+  const std::vector<bool> pinned = fixed_at_start(model, true);
   std::vector<bool> held(model.scene.bodies.size());
   for (std::size_t i = 0; i < body.size(); ++i)
     if (pinned[i]) held[body[i]] = true;
@@ -173,7 +173,7 @@ double max_free_stiffness(const Model& model) {
 }
 
 double pinned_spring_strain(const Model& model) {
-  const std::vector<bool> pinned = held_at_start(model, true);
+  const std::vector<bool> pinned = fixed_at_start(model, true);
   double shortest = std::numeric_limits<double>::infinity();
   for (const SpringSet& set : model.springs)
     for (std::size_t s = 0; s < set.ends.size(); ++s)
@@ -190,7 +190,7 @@ Swing most_damped_swing(const Model& model) {
   Swing worst;
   if (gravity(model) == 0 || model.springs.empty()) return worst;
   const std::vector<int> body = bodies_of(model);
-  const std::vector<bool> pinned = held_at_start(model, true);
+  const std::vector<bool> pinned = fixed_at_start(model, true);
   const std::vector<double> distance_to_pin = distances_to_pins(pinned, model.springs);
   std::vector<SuspendedBody> suspended(model.scene.bodies.size());
   for (std::size_t i = 0; i < body.size(); ++i) {

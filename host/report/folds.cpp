@@ -50,7 +50,7 @@ std::vector<ClampedEdge> clamped_edges(const Mesh& mesh, const std::vector<bool>
   for (std::size_t f = 0; f < mesh.faces.size(); ++f)
     face_of.insert(face_of.end(), is_triangle(mesh.faces[f]) ? 3 : 4, static_cast<int>(f));
   std::vector<ClampedEdge> lines;
-  const auto sides = sorted_sides(mesh.points.size(), [&](auto add) { visit_face_sides(mesh.faces, add); });
+  const auto sides = sorted_sides(mesh.points.size(), [&](auto add) { for_each_face_side(mesh.faces, add); });
   for_each_edge(sides, [&](auto first, auto last) {
     if (last - first != 2 || !held[first->low] || !held[first->high]) return;
     for (int k = 0; k < 2; ++k) {
@@ -85,9 +85,9 @@ HangingFold sharpest_fold(const Model& model) {
   for (std::size_t b = 0; b < model.scene.bodies.size(); ++b) {
     const BendingStiffness bends = bending_of(model.scene.bodies[b]);
     if (!(bends.rigidity + bends.per_hinge > 0)) continue;
-    if (number.empty()) number = solver_of(model.user_index), held_there = held_at_start(model, true);
-    const Mesh mesh = body_mesh(model.look, b);
-    const int first = model.look.body_begin[b], count = static_cast<int>(mesh.points.size());
+    if (number.empty()) number = solver_of(model.user_index), held_there = fixed_at_start(model, true);
+    const Mesh mesh = body_mesh(model.render_mesh, b);
+    const int first = model.render_mesh.body_begin[b], count = static_cast<int>(mesh.points.size());
     std::vector<bool> held(count);
     for (int i = 0; i < count; ++i) held[i] = held_there[number[first + i]];
     const std::vector<ClampedEdge> lines = clamped_edges(mesh, held);
@@ -95,7 +95,7 @@ HangingFold sharpest_fold(const Model& model) {
 
     // Connected parts of movable particles, their weights, and the length of the edges that clamp each.
     std::vector<Edge> links;
-    visit_face_sides(mesh.faces, [&](int from, int to) {
+    for_each_face_side(mesh.faces, [&](int from, int to) {
       if (!held[from] && !held[to]) links.push_back({from, to});
     });
     int parts = 0;

@@ -73,7 +73,7 @@ std::vector<BodyAtStart> bodies_at_start(const Model& model, double gravity) {
   const Scene& scene = model.scene;
   const Axes axes = axes_of(scene.gravity);
   const std::vector<int> body = bodies_of(model);
-  const std::vector<bool> held = held_at_start(model, true);
+  const std::vector<bool> held = fixed_at_start(model, true);
   std::vector<BodyAtStart> all(scene.bodies.size());
   for (std::size_t i = 0; i < body.size(); ++i) {
     BodyAtStart& of = all[body[i]];
@@ -83,11 +83,11 @@ std::vector<BodyAtStart> bodies_at_start(const Model& model, double gravity) {
   for (std::size_t b = 0; b < all.size(); ++b) {
     BodyAtStart& of = all[b];
     of.free = of.free || is_released(scene.bodies[b]);
-    for (int i = model.look.body_begin[b]; i < model.look.body_begin[b + 1]; ++i) of.add(axes, model.look.points[i]);
+    for (int i = model.render_mesh.body_begin[b]; i < model.render_mesh.body_begin[b + 1]; ++i) of.add(axes, model.render_mesh.points[i]);
     const std::vector<std::string>& touching = scene.self_collision->bodies;  // empty: all
     const bool named = std::find(touching.begin(), touching.end(), scene.bodies[b].name) != touching.end();
     of.touches = touching.empty() || named;
-    const int count = model.look.body_begin[b + 1] - model.look.body_begin[b];
+    const int count = model.render_mesh.body_begin[b + 1] - model.render_mesh.body_begin[b];
     const double speed = dot(scene.bodies[b].velocity, axes.up);
     of.rises = speed * speed / (2 * gravity);
     // Pinned particles have no mass in the model; they count with the mean mass of the others.
@@ -127,7 +127,7 @@ HeavyOnLight worst_heavy_on_light(const Model& model) {
     const double fall = above.lowest - below.highest - thickness + above.rises + below.falls;
     if (!above.bounces(thickness) || !below.bounces(thickness) || fall < kFall * below.height()) continue;
     if (below.damped >= kDamped || scene.bodies[next].damping == 1) continue;
-    const int count = model.look.body_begin[next + 1] - model.look.body_begin[next];
+    const int count = model.render_mesh.body_begin[next + 1] - model.render_mesh.body_begin[next];
     if (const double ratio = above.mass / below.mass; ratio > worst.ratio)
       worst = {ratio, static_cast<int>(a), next, kDampsAll * below.mass / count};
   }

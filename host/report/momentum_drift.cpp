@@ -22,7 +22,7 @@ bool corrects_angular_momentum(const SolverSpec& solver) {
 
 bool can_change_angular_momentum(const Scene& scene, const BodySpec& body) {
   return corrects_angular_momentum(scene.solver) || scene.wind || scene.sleep || scene.self_collision ||
-         !scene.environment.empty() || tears(scene) || !body.pins.empty() || !body.attachments.empty();
+         !scene.environment.empty() || can_tear(scene) || !body.pins.empty() || !body.attachments.empty();
 }
 
 BodyRotation rotation_of(const std::vector<Vec3>& x, const std::vector<Vec3>& v, const std::vector<double>& m,
@@ -68,7 +68,7 @@ std::vector<std::optional<BodyRotation>> free_bodies(const Simulation& simulatio
       x = simulation.positions(), v = simulation.velocities(), m.resize(x.size());
       for (std::size_t i = 0; i < m.size(); ++i) m[model.user_index[i]] = model.w[i] > 0 ? 1 / model.w[i] : 0;
     }
-    all[b] = rotation_of(x, v, m, model.look.body_begin[b], model.look.body_begin[b + 1]);
+    all[b] = rotation_of(x, v, m, model.render_mesh.body_begin[b], model.render_mesh.body_begin[b + 1]);
   }
   return all;
 }

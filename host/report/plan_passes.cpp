@@ -102,7 +102,7 @@ std::vector<StepPass> step_passes(const Model& model, const SolverStats& of_scen
   if (facts.edges) all.push_back({"edges", 10 * substeps, "at least; more where pairs are near"});
   line("state",
        (facts.fused ? 0 : substeps) + (bounces ? substeps : 0));  // restitution moves particles after the update
-  line("tearing", tears(model.scene) ? 1 : 0);
+  line("tearing", can_tear(model.scene) ? 1 : 0);
   line("sleep", model.scene.sleep ? 1 : 0);  // a sleeping scene launches none of these
   if (facts.contact_free_steps)
     all.push_back(

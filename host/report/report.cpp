@@ -171,7 +171,7 @@ NamedNumbers setup_parts(const Model& model, const SolverStats& facts) {
   const ModelSeconds& of = model.seconds;
   NamedNumbers parts{{"load", of.load},
                      {"order", of.order},
-                     {"build_constraints", of.connect},
+                     {"build_constraints", of.build_constraints},
                      {"patches", of.patches},
                      {"colour", facts.colour_seconds},
                      {"layout", facts.layout_seconds},
@@ -250,7 +250,7 @@ std::string report_json(const std::string& status, const std::vector<std::string
     for (const ConstraintSet& set : model.stencils) count(set.type, set.count());
     json["filter"] = filter(solver, model);
   }
-  if (tears(scene))
+  if (can_tear(scene))
     json["tears"] = {{"splits", times.splits}, {"layouts", times.layouts}, {"layout_s", times.layout_seconds}};
   if (const auto& self = facts.self)
     json["self_collision"] = {{"particles", self->particles},

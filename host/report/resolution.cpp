@@ -14,14 +14,14 @@ namespace malha {
 
 namespace {
 
-double shortest_edge(const RenderMesh& look) {
+double shortest_edge(const RenderMesh& render_mesh) {
   double shortest = std::numeric_limits<double>::infinity();
   const auto side = [&](int a, int b) {
-    const double length = distance(look.points[a], look.points[b]);
+    const double length = distance(render_mesh.points[a], render_mesh.points[b]);
     if (length > 0) shortest = std::min(shortest, length);
   };
-  visit_face_sides(look.faces, side);
-  for (const auto& [a, b] : look.lines) side(a, b);
+  for_each_face_side(render_mesh.faces, side);
+  for (const auto& [a, b] : render_mesh.lines) side(a, b);
   return shortest;
 }
 
@@ -59,7 +59,8 @@ bool uses_rounded_positions(const Scene& scene) { return scene.solver.type != "p
 Resolution resolution(const Model& model, const std::vector<Vec3>& x) {
   const double farthest = farthest_of(x);
   const bool twice = model.scene.solver.precision == Precision::Double;
-  return {farthest, twice ? spacing_at<double>(farthest) : spacing_at<float>(farthest), shortest_edge(model.look)};
+  return {farthest, twice ? spacing_at<double>(farthest) : spacing_at<float>(farthest),
+          shortest_edge(model.render_mesh)};
 }
 
 std::string resolution_warning(const Model& model, const std::vector<Vec3>& x) {

@@ -57,7 +57,7 @@ std::vector<std::string> warnings(const Model& model) {
   std::vector<std::string> lines = model.notes;
   const Scene& scene = model.scene;
   const SolverSpec& solver = scene.solver;
-  if (const std::string coarse = resolution_warning(model, model.look.points); !coarse.empty())
+  if (const std::string coarse = resolution_warning(model, model.render_mesh.points); !coarse.empty())
     lines.push_back(coarse + shown_by("distance"));
   if (const Sag sag = worst_sag(model); sag.swinging > kSag)
     lines.push_back("body '" + scene.bodies[sag.body].name + "': with " + counted(solver.substeps, "substep") + " of " +

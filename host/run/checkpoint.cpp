@@ -45,7 +45,7 @@ std::uint64_t scene_hash(const Model& model) {
   hash = hash_values(model.x, hash);
   for (const ConstraintSet& set : model.sets) hash = hash_values(set.particles, hash);
   for (const PressureSet& set : model.pressures) hash = hash_values(set.triangles, hash);
-  for (const FileVertices& file : model.look.vertices)
+  for (const FileVertices& file : model.render_mesh.vertices)
     hash = hash_values(file.point, hash);  // pins are given by vertices
   for (const EnvironmentMesh& mesh : model.environment)
     hash = hash_values(mesh.mesh.faces, hash_values(mesh.mesh.points, hash));

@@ -97,7 +97,7 @@ std::string redraw(const std::string& folder, int threads) {
 
   const std::vector<FrameFile> frames = frames_of(results.frames);
   const Model& model = simulation.model();
-  const FrameVertices vertices(model.look);
+  const FrameVertices vertices(model.render_mesh);
   const auto last = static_cast<std::int64_t>(frames.size()) - 1;
   Gallery gallery(model, results, 0, std::max<std::int64_t>(last, 1), simulation.threads());
   gallery.finish(simulation.time(), simulation.positions());

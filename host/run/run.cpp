@@ -120,7 +120,7 @@ class RunOutputs {
 
   void open_writer() {
     tears_ = simulation_.tears();
-    vertices_.emplace(simulation_.model().look);
+    vertices_.emplace(simulation_.model().render_mesh);
     writer_.emplace(results_.frames, spec_.formats, vertices_->topology(simulation_.model()),
                     static_cast<int>(frames_));
   }
@@ -184,7 +184,7 @@ void check_frames(const Simulation& simulation, std::int64_t last, std::optional
   const std::int64_t every = scene.outputs.every;
   if (every == 0 || std::ranges::count(scene.outputs.formats, "glb") == 0) return;
   const std::int64_t more = last / every - simulation.steps() / every;
-  check_glb(scene, FrameVertices(simulation.model().look).count(), before.value_or(1) + more);
+  check_glb(scene, FrameVertices(simulation.model().render_mesh).count(), before.value_or(1) + more);
 }
 
 RunResult run(const Scene& scene, const SimulationOptions& simulation_options, const RunOptions& options,

@@ -69,7 +69,7 @@ struct Simulation::Parts {
   /// those of the start count.
   std::uint64_t hash_of_scene_and_pins() {
     if (!pins_at_start) return hash_of_scene();
-    const std::vector<int> now = still_pins(model);
+    const std::vector<int> now = static_pins(model);
     return now == *pins_at_start ? hash_of_scene() : hash_bytes(now.data(), now.size() * sizeof(int), hash_of_scene());
   }
 
@@ -90,7 +90,7 @@ struct Simulation::Parts {
       for (int& particle : one.particles)
         for (std::size_t body = 0; body + 1 < untorn.body_begin.size(); ++body)
           if (particle >= untorn.body_begin[body] && particle < untorn.body_begin[body + 1]) {
-            particle += model.look.body_begin[body] - untorn.body_begin[body];
+            particle += model.render_mesh.body_begin[body] - untorn.body_begin[body];
             break;
           }
     solver->add_user_constraints(all);
@@ -120,7 +120,7 @@ struct Simulation::Parts {
   /// separate passes would move them with any other velocity.
   void set_state(std::int64_t steps, const std::vector<Vec3>& x, std::vector<Vec3> v) {
     const double time = static_cast<double>(steps) * model.scene.solver.dt;
-    const std::vector<bool> pinned = pinned_now(model, time), driven = on_keyframes(model);
+    const std::vector<bool> pinned = pinned_now(model, time), driven = has_keyframes(model);
     const std::vector<Vec3> now = solver->velocities();
     for (std::size_t i = 0; i < v.size(); ++i)
       if (pinned[i]) v[i] = driven[i] ? now[i] : Vec3{0, 0, 0};
@@ -169,7 +169,7 @@ struct Simulation::Parts {
       std::vector<ParticleHandle> taken = solver->taken();
       for (ParticleHandle& one : taken) {  // new particles come last in their bodies
         const int body = body_of(model, one.particle);
-        one.particle += next.look.body_begin[body] - model.look.body_begin[body];
+        one.particle += next.render_mesh.body_begin[body] - model.render_mesh.body_begin[body];
       }
       rebuild_solver(std::move(all), std::move(next));
       solver->restore_after_split(state, particles, from, passes);
@@ -179,8 +179,8 @@ struct Simulation::Parts {
 
   /// Returns all that the next step depends on: the tears of a scene that can tear, and the solver's state.
   std::string save() const {
-    if (!malha::tears(model.scene)) return solver->save();
-    const std::vector<int> numbers = numbers_of(splits);
+    if (!can_tear(model.scene)) return solver->save();
+    const std::vector<int> numbers = encode_splits(splits);
     const std::uint64_t count = numbers.size();
     std::string bytes(reinterpret_cast<const char*>(&count), sizeof count);
     if (count > 0) bytes.append(reinterpret_cast<const char*>(numbers.data()), count * sizeof(int));
@@ -188,7 +188,7 @@ struct Simulation::Parts {
   }
   /// Restores a state. `file`: named in refusals. After a refusal nothing has changed.
   void restore(const std::string& bytes, const std::string& file) {
-    if (!malha::tears(model.scene)) return solver->restore(bytes, file);
+    if (!can_tear(model.scene)) return solver->restore(bytes, file);
     std::uint64_t count = 0;
     if (bytes.size() < sizeof count) refuse(file, "state", counted(bytes.size(), "byte"), "a number of tears at least");
     std::memcpy(&count, bytes.data(), sizeof count);
@@ -197,8 +197,8 @@ struct Simulation::Parts {
     std::vector<int> numbers(count);
     if (count > 0) std::memcpy(numbers.data(), bytes.data() + sizeof count, count * sizeof(int));
     const std::string state = bytes.substr(sizeof count + count * sizeof(int));
-    if (numbers == numbers_of(splits)) return solver->restore(state, file);
-    std::vector<Split> all = splits_of(numbers, model.scene, untorn, file), before = splits;
+    if (numbers == encode_splits(splits)) return solver->restore(state, file);
+    std::vector<Split> all = decode_splits(numbers, model.scene, untorn, file), before = splits;
     const std::string there = solver->save();
     const std::vector<ParticleHandle> taken = solver->taken();
     rebuild_with_splits(std::move(all));
@@ -237,7 +237,7 @@ Simulation::Simulation(const Scene& scene, const SimulationOptions& options) : p
   });
   doing(scene.environment.empty() ? "colouring and laying out" : "colouring and laying out, building trees");
   parts_->times.solver_seconds = seconds([&] { parts_->make_solver_for_model(); });
-  if (malha::tears(scene)) parts_->untorn = parts_->model.look, parts_->hash_of_scene();
+  if (malha::tears(scene)) parts_->untorn = parts_->model.render_mesh, parts_->hash_of_scene();
 }
 Simulation::Simulation(Simulation&&) noexcept = default;
 Simulation& Simulation::operator=(Simulation&&) noexcept = default;
@@ -306,7 +306,7 @@ void Simulation::set_wind(const Vec3& velocity) {
   parts_->solver->change_wind();
 }
 
-std::vector<int> Simulation::pins() const { return still_pins(parts_->model); }
+std::vector<int> Simulation::pins() const { return static_pins(parts_->model); }
 void Simulation::set_pins(std::vector<int> particles) {
   std::sort(particles.begin(), particles.end());
   particles.erase(std::unique(particles.begin(), particles.end()), particles.end());
@@ -375,7 +375,7 @@ std::vector<double> Simulation::constraint_values(std::size_t index) const {
   return parts_->solver->values_of_user_constraint(index);
 }
 std::vector<int> Simulation::particles_of_vertices(std::size_t body) const {
-  return malha::particles_of_vertices(parts_->model.look, body);
+  return malha::particles_of_vertices(parts_->model.render_mesh, body);
 }
 Measures Simulation::measure() const { return parts_->solver->measure(); }
 void Simulation::count_crossings() {
@@ -390,8 +390,8 @@ std::vector<std::string> Simulation::failed_expectations() const {
   const Model& model = parts_->model;
   std::vector<ParticlesOfBody> bodies;
   for (std::size_t b = 0; b < model.scene.bodies.size(); ++b)
-    bodies.push_back({model.scene.bodies[b].name, static_cast<std::size_t>(model.look.body_begin[b]),
-                      static_cast<std::size_t>(model.look.body_begin[b + 1]), model.look.vertices[b]});
+    bodies.push_back({model.scene.bodies[b].name, static_cast<std::size_t>(model.render_mesh.body_begin[b]),
+                      static_cast<std::size_t>(model.render_mesh.body_begin[b + 1]), model.render_mesh.vertices[b]});
   Measures measures = measure();
   measures.crossings = std::max(measures.crossings, parts_->times.most_crossings);
   return unmet_expectations(model.scene.expect, measures, positions(), bodies);
@@ -412,7 +412,7 @@ std::int64_t Simulation::load_checkpoint(const std::string& path) {
 
 void Simulation::transfer_state_from(const Simulation& before) {
   if (malha::tears(model().scene) && !before.parts_->splits.empty()) parts_->rebuild_with_splits(before.parts_->splits);
-  const RenderMesh &now = model().look, &then = before.model().look;
+  const RenderMesh &now = model().render_mesh, &then = before.model().render_mesh;
   std::vector<Vec3> x = positions(), v = velocities();
   const std::vector<Vec3> x_then = before.positions(), v_then = before.velocities();
   for (std::size_t b = 0; b < model().scene.bodies.size(); ++b)

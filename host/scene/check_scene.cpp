@@ -10,29 +10,30 @@ namespace malha {
 
 namespace {
 
-/// Whether the parser takes it: whether its corners are points is asked when the mesh is made.
-bool is_sound(const MeshDataShape& shape) {
+/// True if the parser would accept the mesh data. That corners are points is checked when the mesh is generated.
+bool is_valid(const MeshDataShape& shape) {
   const auto is_number = [](double number) { return std::abs(number) <= largest_number; };
   const auto are_numbers = [&](const Vec3& point) { return std::all_of(point.begin(), point.end(), is_number); };
   const auto are_vertices = [](const auto& corners) {
     return std::all_of(corners.begin(), corners.end(), [](int i) { return i >= 0; });
   };
   const auto is_face = [&](const Quad& face) { return face[0] >= 0 && face[1] >= 0 && face[2] >= 0 && face[3] >= -1; };
-  return !shape.points.empty() && shape.points.size() <= static_cast<std::size_t>(most_particles) &&
+  return !shape.points.empty() && shape.points.size() <= static_cast<std::size_t>(max_particles) &&
          std::all_of(shape.points.begin(), shape.points.end(), are_numbers) &&
          std::all_of(shape.faces.begin(), shape.faces.end(), is_face) &&
          std::all_of(shape.lines.begin(), shape.lines.end(), are_vertices) &&
          std::all_of(shape.tetrahedra.begin(), shape.tetrahedra.end(), are_vertices);
 }
 
-/// A sound mesh as text and back takes longer than all the rest of a set-up: one of a point stands for it.
+/// Replaces valid mesh data by those of one point, since writing and parsing a large mesh takes longer than the rest of
+/// the set-up.
 void shorten(Shape& shape) {
-  auto* const listed = std::get_if<MeshDataShape>(&shape);
-  if (!listed || !is_sound(*listed)) return;
-  const bool faces = !listed->faces.empty(), loose = listed->loose();
-  *listed = {{{0, 0, 0}}, {}, {}, {}};
-  if (faces) listed->faces = {{0, 0, 0, -1}};
-  if (!loose && !faces) listed->lines = {{0, 0}};
+  auto* const data = std::get_if<MeshDataShape>(&shape);
+  if (!data || !is_valid(*data)) return;
+  const bool faces = !data->faces.empty(), loose = data->loose();
+  *data = {{{0, 0, 0}}, {}, {}, {}};
+  if (faces) data->faces = {{0, 0, 0, -1}};
+  if (!loose && !faces) data->lines = {{0, 0}};
 }
 
 }  // namespace

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scenes made in code, or changed after they were read, are held to what a file is held to.
+// Validation of scenes that were made or changed in code, by the rules for scene files.
 #pragma once
 #include "malha/scene.h"
 
 namespace malha {
 
-/// Throws the InputError that parse_scene would throw for its JSON.
+/// Throws the InputError that parse_scene() would throw for the JSON of the scene.
 void check_scene(const Scene& scene);
 
 }  // namespace malha

@@ -13,7 +13,8 @@
 namespace malha {
 namespace {
 
-constexpr std::size_t deepest = 64;  // a tree is destroyed recursively: bound the depth, not the stack
+constexpr std::size_t max_depth =
+    64;  // the tree is destroyed recursively, so that its depth bounds the use of the stack
 
 std::string line_and_column(const std::string& text, std::size_t offset) {
   const auto end = text.begin() + static_cast<std::ptrdiff_t>(std::min(offset, text.size()));
@@ -22,7 +23,7 @@ std::string line_and_column(const std::string& text, std::size_t offset) {
   return "line " + std::to_string(line) + ", column " + std::to_string(1 + (end - line_start));
 }
 
-// Walks the text and leaves its place where the events can see it: they carry none themselves.
+// Iterator over the text that stores its position for the parse events, which have none.
 class TrackedText {
  public:
   using iterator_category = std::input_iterator_tag;
@@ -45,7 +46,7 @@ class TrackedText {
   const char** place_;
 };
 
-// Builds the tree from nlohmann's parse events; open_ is the path from the root to the container being filled.
+// Builds the tree from nlohmann's parse events. open_ is the path from the root to the container that is being filled.
 class TreeBuilder : public nlohmann::json_sax<nlohmann::json> {
  public:
   TreeBuilder(const std::string& text, const std::string& file) : text_(text), file_(file), place_(text.data()) {}
@@ -90,7 +91,7 @@ class TreeBuilder : public nlohmann::json_sax<nlohmann::json> {
   }
 
   bool parse_error(std::size_t position, const std::string&, const nlohmann::detail::exception& error) override {
-    // The library says "[...] ... - FOUND; expected EXPECTED"; the last part is not always there.
+    // The message of the library is "[...] ... - FOUND; expected EXPECTED"; the last part may be missing.
     std::string found = error.what();
     const std::size_t dash = found.find(" - ");
     found = found.substr(dash != std::string::npos ? dash + 3 : found.find("] ") + 2);
@@ -100,21 +101,21 @@ class TreeBuilder : public nlohmann::json_sax<nlohmann::json> {
       allowed = found.substr(cut + separator.size());
       found.resize(cut);
     }
-    constexpr std::size_t most = 120;  // the library repeats the whole text that it was in
-    if (found.size() > most) found = found.substr(0, most) + "...";
+    constexpr std::size_t max_length = 120;  // the library repeats the whole string in which the error is
+    if (found.size() > max_length) found = found.substr(0, max_length) + "...";
     const std::size_t at = position == 0 ? 0 : position - 1;
-    refuse(file_, line_and_column(text_, at), found, allowed + what_json_lacks(at));
+    refuse(file_, line_and_column(text_, at), found, allowed + dialect_hint(at));
   }
 
  private:
-  /// What people write who know other dialects.
-  std::string what_json_lacks(std::size_t at) const {
+  /// A hint about syntax of other JSON dialects.
+  std::string dialect_hint(std::size_t at) const {
     if (at >= text_.size()) return "";
     if (text_[at] == '/' || text_[at] == '#') return "; strict JSON has no comments";
     if (text_[at] != '}' && text_[at] != ']') return "";
     const std::size_t before = at == 0 ? std::string::npos : text_.find_last_not_of(" \t\r\n", at - 1);
-    const bool trails = before != std::string::npos && text_[before] == ',';
-    return trails ? "; strict JSON has no comma after the last item" : "";
+    const bool trailing_comma = before != std::string::npos && text_[before] == ',';
+    return trailing_comma ? "; strict JSON has no comma after the last item" : "";
   }
   bool add(JsonValue value) {
     if (open_.empty()) {
@@ -131,9 +132,9 @@ class TreeBuilder : public nlohmann::json_sax<nlohmann::json> {
     return add(std::move(v));
   }
   bool open(JsonValue::Type type) {
-    if (open_.size() >= deepest) {
+    if (open_.size() >= max_depth) {
       refuse(file_, line_and_column(text_, static_cast<std::size_t>(place_ - text_.data()) - 1),
-             "more than " + std::to_string(deepest) + " levels of brackets", std::to_string(deepest) + " levels");
+             "more than " + std::to_string(max_depth) + " levels of brackets", std::to_string(max_depth) + " levels");
     }
     JsonValue v;
     v.type = type;
@@ -146,7 +147,8 @@ class TreeBuilder : public nlohmann::json_sax<nlohmann::json> {
     open_.pop_back();
     return true;
   }
-  // The opening quote of the string that was just read: its closing quote is the last character consumed.
+  // The position of the opening quote of the string that was just read, whose closing quote is the last character
+  // consumed.
   std::size_t start_of_string() const {
     std::size_t i = static_cast<std::size_t>(place_ - text_.data()) - 1;
     while (true) {
@@ -206,8 +208,8 @@ std::string describe(const JsonValue& value) {
       char digits[32];
       return std::string(digits, std::to_chars(digits, digits + sizeof digits, x).ptr);
     }
-    case JsonValue::Type::Text:  // dumped, so that a line break in it does not break the message's line
-      if (value.text.size() > longest) return "a text of " + std::to_string(value.text.size()) + " bytes";
+    case JsonValue::Type::Text:  // dump() escapes line breaks
+      if (value.text.size() > longest) return "a string of " + std::to_string(value.text.size()) + " bytes";
       return nlohmann::json(value.text).dump();
     case JsonValue::Type::List:
       return "a list of " + std::to_string(value.items.size());

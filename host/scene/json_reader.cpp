@@ -46,8 +46,8 @@ Interval between(double min, double max, const std::string& unit) {
   return range;
 }
 
-JsonReader::JsonReader(const JsonValue& value, const std::string& file, const std::string& pointer, Faults* faults)
-    : value_(&value), file_(file), pointer_(pointer), faults_(faults) {}
+JsonReader::JsonReader(const JsonValue& value, const std::string& file, const std::string& pointer, ErrorList* errors)
+    : value_(&value), file_(file), pointer_(pointer), errors_(errors) {}
 
 void JsonReader::refuse(const std::string& found, const std::string& allowed) const {
   malha::refuse(file_, pointer_, found, allowed);
@@ -59,24 +59,24 @@ bool JsonReader::has(const std::string& key) const {
   return value_->type == JsonValue::Type::Object && value_->find(key) != nullptr;
 }
 
-JsonReader JsonReader::below(std::size_t item) const {
+JsonReader JsonReader::child(std::size_t item) const {
   const bool is_object = value_->type == JsonValue::Type::Object;
   const std::string key = is_object ? value_->keys[item] : std::to_string(item);
-  return JsonReader(value_->items[item], file_, json_pointer(pointer_, key), faults_);
+  return JsonReader(value_->items[item], file_, json_pointer(pointer_, key), errors_);
 }
 
 JsonReader JsonReader::at(const std::string& key) const {
   if (value_->type != JsonValue::Type::Object) refuse_value("an object with the key '" + key + "'");
   const auto found = std::find(value_->keys.begin(), value_->keys.end(), key);
   if (found == value_->keys.end()) refuse("no key '" + key + "'", "an object with the key '" + key + "'");
-  return below(static_cast<std::size_t>(found - value_->keys.begin()));
+  return child(static_cast<std::size_t>(found - value_->keys.begin()));
 }
 
 void JsonReader::collect(const std::function<void()>& read) const {
-  if (faults_ == nullptr)
+  if (errors_ == nullptr)
     read();
   else
-    faults_->collect(read);
+    errors_->collect(read);
 }
 
 bool JsonReader::has_only(const std::vector<Field>& fields) const {
@@ -87,36 +87,36 @@ bool JsonReader::has_only(const std::vector<Field>& fields) const {
     const std::string& key = value_->keys[i];
     if (std::find(allowed.begin(), allowed.end(), key) != allowed.end()) continue;
     all = false;
-    collect([&] { below(i).refuse("unknown key '" + key + "'" + did_you_mean(key, allowed), join(allowed)); });
+    collect([&] { child(i).refuse("unknown key '" + key + "'" + did_you_mean(key, allowed), join(allowed)); });
   }
   return all;
 }
 
 void JsonReader::object(const std::vector<Field>& fields) const {
-  const std::size_t before = faults_ == nullptr ? 0 : faults_->count();
+  const std::size_t before = errors_ == nullptr ? 0 : errors_->count();
   const bool known = has_only(fields);
   for (const Field& field : fields)
-    if (has(field.key) || (field.required && known))  // what is missing may be what is misspelt
+    if (has(field.key) || (field.required && known))  // a missing key may be a misspelt one, which is already reported
       collect([&] { field.read(at(field.key)); });
-  if (faults_ != nullptr && faults_->count() > before) Faults::end_part();
+  if (errors_ != nullptr && errors_->count() > before) ErrorList::end_part();
 }
 
-void JsonReader::each(const std::function<void(const JsonReader&)>& read) const {
-  const std::size_t before = faults_ == nullptr ? 0 : faults_->count();
+void JsonReader::for_each(const std::function<void(const JsonReader&)>& read) const {
+  const std::size_t before = errors_ == nullptr ? 0 : errors_->count();
   for (const JsonReader& item : list()) collect([&] { read(item); });
-  if (faults_ != nullptr && faults_->count() > before) Faults::end_part();
+  if (errors_ != nullptr && errors_->count() > before) ErrorList::end_part();
 }
 
-void JsonReader::one_of(const std::vector<Field>& fields, const std::vector<Field>& also) const {
+void JsonReader::one_of(const std::vector<Field>& fields, const std::vector<Field>& optional) const {
   std::vector<Field> all = fields;
-  all.insert(all.end(), also.begin(), also.end());
-  if (!has_only(all)) Faults::end_part();
+  all.insert(all.end(), optional.begin(), optional.end());
+  if (!has_only(all)) ErrorList::end_part();
   std::vector<std::string> found;
   for (const std::string& key : value_->keys)
     if (std::any_of(fields.begin(), fields.end(), [&](const Field& field) { return field.key == key; }))
       found.push_back(key);
   if (found.size() != 1) {
-    const std::string none = value_->keys.empty() ? "an empty object" : "no key of them";
+    const std::string none = value_->keys.empty() ? "an empty object" : "none of these keys";
     refuse(found.empty() ? none : join(found), "exactly one of " + join(keys_of(fields)));
   }
   object(all);
@@ -139,7 +139,7 @@ double JsonReader::number(const Interval& range) const {
   if (!fits || x > range.max) refuse_value(describe_range(range));
   const bool too_small = !range.min_included && range.min == 0 && x < 1 / largest_number;
   if (std::abs(x) > largest_number || too_small) {
-    refuse_value(describe_range(range) + ", of a size between " + digits(1 / largest_number) + " and " +
+    refuse_value(describe_range(range) + ", of a magnitude between " + digits(1 / largest_number) + " and " +
                  digits(largest_number));
   }
   return x;
@@ -159,7 +159,7 @@ int JsonReader::integer(int min, int max) const {
 std::string JsonReader::text() const {
   const std::string& t = value_->text;
   const bool one_line = std::none_of(t.begin(), t.end(), [](unsigned char c) { return c < ' ' || c == 127; });
-  if (value_->type != JsonValue::Type::Text || t.empty() || !one_line) refuse_value("a text of one line, not empty");
+  if (value_->type != JsonValue::Type::Text || t.empty() || !one_line) refuse_value("a non-empty string of one line");
   return t;
 }
 
@@ -168,18 +168,18 @@ bool JsonReader::boolean() const {
   return value_->boolean;
 }
 
-std::string JsonReader::word(const std::string& what, const std::vector<std::string>& allowed) const {
+std::string JsonReader::choice(const std::string& what, const std::vector<std::string>& allowed) const {
   const std::string found = value_->type == JsonValue::Type::Text ? value_->text : "";
   if (std::find(allowed.begin(), allowed.end(), found) != allowed.end()) return found;
   if (value_->type != JsonValue::Type::Text) refuse_value("one of " + join(allowed));
   refuse("unknown " + what + " " + describe(*value_) + did_you_mean(found, allowed), join(allowed));
 }
 
-std::vector<std::string> JsonReader::words(const std::string& what, const std::vector<std::string>& allowed) const {
+std::vector<std::string> JsonReader::choices(const std::string& what, const std::vector<std::string>& allowed) const {
   std::vector<std::string> found;
   if (value_->type != JsonValue::Type::List || value_->items.empty()) refuse_value("a list of " + join(allowed));
   for (const JsonReader& item : list()) {
-    found.push_back(item.word(what, allowed));
+    found.push_back(item.choice(what, allowed));
     if (std::count(found.begin(), found.end(), found.back()) > 1) {
       item.refuse("'" + found.back() + "' a second time", "each once");
     }
@@ -190,7 +190,7 @@ std::vector<std::string> JsonReader::words(const std::string& what, const std::v
 std::vector<JsonReader> JsonReader::list() const {
   if (value_->type != JsonValue::Type::List) refuse_value("a list");
   std::vector<JsonReader> items;
-  for (std::size_t i = 0; i < value_->items.size(); ++i) items.push_back(below(i));
+  for (std::size_t i = 0; i < value_->items.size(); ++i) items.push_back(child(i));
   return items;
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads one JSON value at a known place, strictly: everything that it refuses names the file and the JSON pointer.
+// Reader of JSON values with checks of types, ranges and keys. Its errors name the file and the JSON pointer.
 #pragma once
 #include <array>
 #include <functional>
@@ -13,57 +13,63 @@
 
 namespace malha {
 
-/// The numbers that are allowed at a place, and their unit for the message.
+/// The range of a number, and its unit for messages.
 struct Interval {
   double min = -std::numeric_limits<double>::infinity();
   double max = std::numeric_limits<double>::infinity();
   bool min_included = true;
   std::string unit;  // "" for a ratio
 };
+/// Ranges of all numbers, > min, >= min, and [min, max].
 Interval any(const std::string& unit);
 Interval above(double min, const std::string& unit);
 Interval at_least(double min, const std::string& unit);
 Interval between(double min, double max, const std::string& unit);
 
-/// No number in a scene may be larger than this, nor a number that must be > 0 smaller than its inverse: squares and
-/// reciprocals must stay finite in single precision.
+/// The largest magnitude of a number in a scene; numbers that must be > 0 must not be smaller than its inverse. Squares
+/// and reciprocals thus stay finite in single precision.
 constexpr double largest_number = 1e18;
 
-/// A view of a value in a tree that must outlive it. Every function throws InputError where the value does not fit.
+/// A view of a value in a tree, which must outlive it. Every function throws InputError if the value does not fit.
 class JsonReader {
  public:
-  /// `faults`, which must outlive it too, collects what object(), one_of() and each() refuse, for all faults at once.
+  /// `errors`, which must outlive the reader too, collects the errors in object(), one_of() and for_each(), so that all
+  /// are reported together.
   JsonReader(const JsonValue& value, const std::string& file, const std::string& pointer = "",
-             Faults* faults = nullptr);
+             ErrorList* errors = nullptr);
 
-  /// A key that an object may have, and what to do with its value where it has it.
+  /// A key that an object may have, and the function that reads its value.
   struct Field {
     std::string key;
     std::function<void(const JsonReader&)> read;
     bool required = false;
   };
   /// Reads an object with these keys and no others. Unknown keys are refused before missing ones, so that a misspelt
-  /// key is named; then the fields are read in the order given. Where faults are collected it goes on behind one, and
-  /// ends the part that it reads at the last.
+  /// key is named; then the fields are read in the given order. If errors are collected, it reads all fields and then
+  /// ends the part if there was an error.
   void object(const std::vector<Field>& fields) const;
-  /// Reads an object that has exactly one of these keys, and perhaps some of `also`.
-  void one_of(const std::vector<Field>& fields, const std::vector<Field>& also = {}) const;
+  /// Reads an object that has exactly one of these keys, and any of the `optional` ones.
+  void one_of(const std::vector<Field>& fields, const std::vector<Field>& optional = {}) const;
 
   bool has(const std::string& key) const;
-  /// The value of a key that the object must have, ahead of object(): where it decides what other keys are allowed.
+  /// The value of a key that the object must have, to be read before object() if it decides which other keys are
+  /// allowed.
   JsonReader at(const std::string& key) const;
 
   bool boolean() const;
   double number(const Interval& range) const;
   int integer(int min, int max) const;
-  std::string text() const;  // not empty, one line
-  std::string word(const std::string& what, const std::vector<std::string>& allowed) const;
-  std::vector<std::string> words(const std::string& what, const std::vector<std::string>& allowed) const;  // each once
+  /// A non-empty string of one line.
+  std::string text() const;
+  /// A string that is one of `allowed`; `what` names its meaning in messages.
+  std::string choice(const std::string& what, const std::vector<std::string>& allowed) const;
+  /// A non-empty list of different strings, each one of `allowed`.
+  std::vector<std::string> choices(const std::string& what, const std::vector<std::string>& allowed) const;
 
   /// The items of a list of any length.
   std::vector<JsonReader> list() const;
-  /// Reads the items of a list of any length; where faults are collected, those behind a fault too.
-  void each(const std::function<void(const JsonReader&)>& read) const;
+  /// Reads the items of a list of any length. If errors are collected, it reads all items.
+  void for_each(const std::function<void(const JsonReader&)>& read) const;
   /// A list of exactly N numbers.
   template <std::size_t N>
   std::array<double, N> numbers(const Interval& range) const {
@@ -81,19 +87,20 @@ class JsonReader {
   }
   Vec3 vec3(const Interval& range) const { return numbers<3>(range); }
 
-  /// Throws InputError with this place.
+  /// Throws InputError with the JSON pointer of the value.
   [[noreturn]] void refuse(const std::string& found, const std::string& allowed) const;
-  /// The same; found is the value itself.
+  /// Throws InputError with a description of the value.
   [[noreturn]] void refuse_value(const std::string& allowed) const;
 
   const JsonValue& value() const { return *value_; }
 
  private:
-  /// Whether there are none; without a collection of faults it refuses the first.
+  /// Returns false if there are other keys, which are recorded. Without a list of errors it throws for the first one.
   bool has_only(const std::vector<Field>& fields) const;
-  /// Refuses what `read` refuses, or collects it.
+  /// Calls read(), and records its error if errors are collected.
   void collect(const std::function<void()>& read) const;
-  JsonReader below(std::size_t item) const;
+  /// The reader of an item of a list or object.
+  JsonReader child(std::size_t item) const;
   std::vector<JsonReader> list_of(std::size_t length, const std::string& what) const;
   static std::string describe_range(const Interval& range);
   static std::string describe_integers(int min, int max);
@@ -101,7 +108,7 @@ class JsonReader {
   const JsonValue* value_;
   std::string file_;
   std::string pointer_;
-  Faults* faults_;
+  ErrorList* errors_;
 };
 
 }  // namespace malha

@@ -7,17 +7,18 @@
 
 namespace malha {
 
-const std::vector<KindInScenes>& constraint_kinds() {
-  static const std::vector<KindInScenes> kinds = [] {
+const std::vector<ConstraintSchema>& constraint_kinds() {
+  static const std::vector<ConstraintSchema> kinds = [] {
     constexpr double infinite = std::numeric_limits<double>::infinity();
-    std::vector<KindInScenes> all;
+    std::vector<ConstraintSchema> all;
     for_each_constraint([&all]<class Kind>(Kind) {
       const Parameter& p = Kind::parameter;
       const Strength& s = Kind::strength;
       all.push_back({Kind::name, p.name, p.default_value, p.minimum, p.minimum_allowed, p.maximum, s.free,
                      s.modulus ? s.modulus : "", s.unit ? s.unit : "", Kind::element == Element::Edges});
     });
-    // Not registered, because they have no batches: one is over a whole mesh, the other a particle at a time.
+    // These are not in the registry, because they have no batches: pressure acts on a whole mesh, long_range on one
+    // particle at a time.
     all.push_back({"pressure", "volume_ratio", 1, 0, false, infinite, true, "", "", false});
     all.push_back({"long_range", "limit", 0, 0, true, infinite, false, "", "", false});
     return all;

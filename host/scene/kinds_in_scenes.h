@@ -1,25 +1,26 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a scene file may say about constraints: the kinds, and each kind's own number.
+// Schema of the constraints in scenes: their kinds and the parameters of each kind.
 #pragma once
 #include <string>
 #include <vector>
 
 namespace malha {
 
-struct KindInScenes {
-  std::string name;          // the "type" in a scene
-  std::string parameter;     // the key of the kind's own number
-  double parameter_default;  // where the scene does not say
+/// The keys of a constraint kind in scenes.
+struct ConstraintSchema {
+  std::string name;          // "type" in a scene
+  std::string parameter;     // key of the kind's parameter
+  double parameter_default;  // used if the scene has no value
   double parameter_min;
-  bool min_included;     // parameter >= parameter_min, rather than >
-  double parameter_max;  // infinite: none
-  bool free;             // takes "stiffness" or "compliance"
-  std::string modulus;   // the key of a material's modulus; where the kind is not free it is required. "": none
-  std::string unit;      // of the modulus
-  bool on_edges;         // takes "elements": which edges of the mesh
+  bool min_included;       // parameter >= parameter_min, otherwise >
+  double parameter_max;    // infinite: no upper bound
+  bool accepts_stiffness;  // has the keys "stiffness" and "compliance"
+  std::string modulus;     // key of the modulus of a material, required without accepts_stiffness; "": none
+  std::string unit;        // of the modulus
+  bool on_edges;           // has the key "elements", which selects among the edges of the mesh
 };
 
-/// Every kind that a body may name, in the order in which messages list them.
-const std::vector<KindInScenes>& constraint_kinds();
+/// All kinds of constraints that a body may have, in the order in which messages list them.
+const std::vector<ConstraintSchema>& constraint_kinds();
 
 }  // namespace malha

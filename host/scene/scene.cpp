@@ -24,9 +24,10 @@ Wind read_wind(const JsonReader& at) {
       {"lift_coefficient", [&](const JsonReader& v) { wind.lift_coefficient = v.number(at_least(0, "")); }},
   });
   if (!at.has("drag") && !at.has("density"))
-    at.refuse("neither 'drag' nor 'density'", "at least one of them: on particles, on faces");
+    at.refuse("neither 'drag' nor 'density'", "'drag' (acts on particles), 'density' (acts on faces) or both");
   for (const char* key : {"drag_coefficient", "lift_coefficient"})
-    if (at.has(key) && !at.has("density")) at.at(key).refuse("a coefficient of faces without 'density'", "both");
+    if (at.has(key) && !at.has("density"))
+      at.at(key).refuse("'" + std::string(key) + "' without 'density'", "'density' beside it");
   return wind;
 }
 
@@ -45,7 +46,7 @@ SelfCollision read_self_collision(const JsonReader& at) {
       {"thickness", [&](const JsonReader& v) { self.thickness = v.number(above(0, "m")); }, true},
       {"crossing_at_start",
        [&](const JsonReader& v) {
-         self.ignores_crossings = v.word("what to do about crossings", {"refuse", "ignore"}) == "ignore";
+         self.ignores_crossings = v.choice("crossing_at_start", {"refuse", "ignore"}) == "ignore";
        }},
       {"friction", [&](const JsonReader& v) { self.friction = v.number(at_least(0, "")); }},
       {"bodies",
@@ -63,7 +64,7 @@ std::vector<std::string> names_of(const std::vector<BodySpec>& bodies) {
   return names;
 }
 
-/// Every name is that of a body, and there once.
+/// Refuses names that are not those of bodies, and repeated ones.
 void check_self_collision(const JsonReader& at, const SelfCollision& self, const std::vector<std::string>& known) {
   if (self.bodies.empty() || known.empty()) return;
   std::set<std::string> named;
@@ -71,11 +72,11 @@ void check_self_collision(const JsonReader& at, const SelfCollision& self, const
     const std::string name = item.text();
     if (std::find(known.begin(), known.end(), name) == known.end())
       item.refuse("unknown body '" + name + "'" + did_you_mean(name, known), join(known));
-    if (!named.insert(item.text()).second) item.refuse_value("every body once");
+    if (!named.insert(item.text()).second) item.refuse_value("each body once");
   }
 }
 
-void refuse_a_second_use(const JsonReader& at, const std::string& name, std::set<std::string>& names) {
+void refuse_duplicate_name(const JsonReader& at, const std::string& name, std::set<std::string>& names) {
   if (!names.insert(name).second) at.at("name").refuse_value("a name that no other body or environment object has");
 }
 
@@ -91,13 +92,13 @@ std::string read_name(const JsonReader& at) {
 
 Scene parse_scene(const std::string& text, const std::string& file, const std::string& folder) {
   const JsonValue tree = parse_json(text, file);
-  Faults faults;
-  const JsonReader root(tree, file, "", &faults);
+  ErrorList errors;
+  const JsonReader root(tree, file, "", &errors);
   Scene scene;
   scene.file = file;
   std::set<std::string> names;
-  std::vector<std::string> known;  // the bodies' names; none where bodies have faults
-  faults.collect([&] {
+  std::vector<std::string> known;  // names of the bodies; empty if bodies have errors
+  errors.collect([&] {
     root.object({
         {"$schema", [](const JsonReader& v) { v.text(); }},
         {"name", [&](const JsonReader& v) { scene.name = read_name(v); }, true},
@@ -107,9 +108,9 @@ Scene parse_scene(const std::string& text, const std::string& file, const std::s
         {"sleep", [&](const JsonReader& v) { scene.sleep = read_sleep(v); }},
         {"bodies",
          [&](const JsonReader& v) {
-           v.each([&](const JsonReader& item) {
+           v.for_each([&](const JsonReader& item) {
              scene.bodies.push_back(read_body(item, folder));
-             refuse_a_second_use(item, scene.bodies.back().name, names);
+             refuse_duplicate_name(item, scene.bodies.back().name, names);
            });
            if (scene.bodies.empty()) v.refuse("no body", "at least one");
            known = names_of(scene.bodies);
@@ -117,9 +118,9 @@ Scene parse_scene(const std::string& text, const std::string& file, const std::s
          true},
         {"environment",
          [&](const JsonReader& v) {
-           v.each([&](const JsonReader& item) {
+           v.for_each([&](const JsonReader& item) {
              scene.environment.push_back(read_environment(item, folder));
-             refuse_a_second_use(item, scene.environment.back().name, names);
+             refuse_duplicate_name(item, scene.environment.back().name, names);
            });
          }},
         {"self_collision",
@@ -131,11 +132,11 @@ Scene parse_scene(const std::string& text, const std::string& file, const std::s
         {"outputs", [&](const JsonReader& v) { scene.outputs = read_outputs(v); }},
         {"expect", [&](const JsonReader& v) { scene.expect = read_expect(v, known); }},
     });
-    if (scene.duration / scene.solver.dt > most_steps) {
-      root.at("duration").refuse_value("at most " + std::to_string(most_steps) + " steps of /solver/dt");
+    if (scene.duration / scene.solver.dt > max_steps) {
+      root.at("duration").refuse_value("at most " + std::to_string(max_steps) + " steps of /solver/dt");
     }
   });
-  faults.throw_all();
+  errors.throw_all();
   return scene;
 }
 
@@ -155,14 +156,14 @@ Scene load_scene(const std::string& path) {
   std::error_code none;
   if (!fs::is_symlink(path, none)) return scene;
   const fs::path target = fs::weakly_canonical(path, none).parent_path();
-  const auto look_there = [&](Shape& shape) {
+  const auto resolve_at_target = [&](Shape& shape) {
     auto* mesh = std::get_if<MeshFile>(&shape);
     if (mesh == nullptr || none || fs::exists(mesh->path)) return;
-    const fs::path there = (target / fs::path(mesh->path).lexically_relative(folder.empty() ? "." : folder));
-    if (fs::exists(there)) mesh->path = there.lexically_normal().string();
+    const fs::path at_target = (target / fs::path(mesh->path).lexically_relative(folder.empty() ? "." : folder));
+    if (fs::exists(at_target)) mesh->path = at_target.lexically_normal().string();
   };
-  for (BodySpec& body : scene.bodies) look_there(body.shape);
-  for (EnvironmentSpec& object : scene.environment) look_there(object.shape);
+  for (BodySpec& body : scene.bodies) resolve_at_target(body.shape);
+  for (EnvironmentSpec& object : scene.environment) resolve_at_target(object.shape);
   return scene;
 }
 

@@ -9,22 +9,22 @@ namespace malha {
 
 ConstraintSpec read_constraint(const JsonReader& at) {
   std::vector<std::string> names;
-  for (const KindInScenes& kind : constraint_kinds()) names.push_back(kind.name);
+  for (const ConstraintSchema& kind : constraint_kinds()) names.push_back(kind.name);
   ConstraintSpec spec;
-  spec.type = at.at("type").word("constraint", names);
+  spec.type = at.at("type").choice("constraint", names);
   const auto kind = std::find_if(constraint_kinds().begin(), constraint_kinds().end(),
-                                 [&](const KindInScenes& k) { return k.name == spec.type; });
+                                 [&](const ConstraintSchema& k) { return k.name == spec.type; });
   spec.parameter = kind->parameter_default;
   const Interval range = std::isfinite(kind->parameter_max) ? between(kind->parameter_min, kind->parameter_max, "")
                          : kind->min_included               ? at_least(kind->parameter_min, "")
                                                             : above(kind->parameter_min, "");
 
-  if (spec.type == "pressure" && at.has("pressure"))  // its name in older scenes
+  if (spec.type == "pressure" && at.has("pressure"))  // the former name of the key
     at.at("pressure").refuse("'pressure', which is a ratio of volumes, not a pressure", "'volume_ratio'");
   std::vector<JsonReader::Field> fields{
       {"type", [](const JsonReader&) {}, true},
   };
-  if (kind->free) {
+  if (kind->accepts_stiffness) {
     fields.push_back({"stiffness", [&](const JsonReader& v) { spec.stiffness = v.number(between(0, 1, "")); }});
     fields.push_back({"compliance", [&](const JsonReader& v) {
                         spec.compliance =
@@ -37,14 +37,14 @@ ConstraintSpec read_constraint(const JsonReader& at) {
     fields.push_back({kind->modulus,
                       [&](const JsonReader& v) {
                         modulus_of(spec, kind->modulus) = v.number(above(0, kind->unit));
-                        if (kind->free && (at.has("stiffness") || at.has("compliance")))
+                        if (kind->accepts_stiffness && (at.has("stiffness") || at.has("compliance")))
                           v.refuse("'" + kind->modulus + "' beside 'stiffness' or 'compliance'", "one of them");
                       },
-                      !kind->free});
+                      !kind->accepts_stiffness});
   if (kind->on_edges) {
     spec.elements = {"edges"};
     fields.push_back({"elements", [&](const JsonReader& v) {
-                        spec.elements = v.words("element", {"edges", "shear"});
+                        spec.elements = v.choices("element", {"edges", "shear"});
                       }});
   }
   at.object(fields);
@@ -53,10 +53,11 @@ ConstraintSpec read_constraint(const JsonReader& at) {
 
 BodySpec read_body(const JsonReader& at, const std::string& folder) {
   BodySpec body;
-  bool shaped = false;  // where the shape has a fault, nothing can be said of pins by rows
+  bool has_shape = false;  // without a valid shape, pins by rows cannot be checked
   at.object({
       {"name", [&](const JsonReader& v) { body.name = read_name(v); }, true},
-      {"shape", [&](const JsonReader& v) { body.shape = read_shape(v, ShapeUse::Body, folder), shaped = true; }, true},
+      {"shape", [&](const JsonReader& v) { body.shape = read_shape(v, ShapeUse::Body, folder), has_shape = true; },
+       true},
       {"transform", [&](const JsonReader& v) { body.transform = read_transform(v); }},
       {"velocity", [&](const JsonReader& v) { body.velocity = v.vec3(any("m/s")); }},
       {"spin", [&](const JsonReader& v) { body.spin = v.vec3(any("rad/s")); }},
@@ -68,17 +69,17 @@ BodySpec read_body(const JsonReader& at, const std::string& folder) {
       {"damping", [&](const JsonReader& v) { body.damping = v.number(between(0, 1, "")); }},
       {"pins",
        [&](const JsonReader& v) {
-         if (shaped) v.each([&](const JsonReader& item) { body.pins.push_back(read_pin(item, body.shape)); });
+         if (has_shape) v.for_each([&](const JsonReader& item) { body.pins.push_back(read_pin(item, body.shape)); });
        }},
       {"attachments",
        [&](const JsonReader& v) {
-         if (shaped)
-           v.each([&](const JsonReader& item) { body.attachments.push_back(read_attachment(item, body.shape)); });
+         if (has_shape)
+           v.for_each([&](const JsonReader& item) { body.attachments.push_back(read_attachment(item, body.shape)); });
        }},
       {"tear", [&](const JsonReader& v) { body.tear = read_tear(v); }},
       {"constraints",
        [&](const JsonReader& v) {
-         v.each([&](const JsonReader& item) { body.constraints.push_back(read_constraint(item)); });
+         v.for_each([&](const JsonReader& item) { body.constraints.push_back(read_constraint(item)); });
        }},
   });
   if (body.density && is_loose(body.shape)) {
@@ -87,8 +88,9 @@ BodySpec read_body(const JsonReader& at, const std::string& folder) {
   if (body.tear) {
     const bool closed = std::any_of(body.constraints.begin(), body.constraints.end(),
                                     [](const ConstraintSpec& c) { return c.type == "pressure"; });
-    if (closed) at.at("tear").refuse("tearing of a body with pressure", "a body without one: it needs a closed mesh");
-    if (is_loose(body.shape)) at.at("tear").refuse("tearing of loose particles", "a body with edges");
+    if (closed)
+      at.at("tear").refuse("'tear' of a body with pressure", "a body without pressure, which needs a closed mesh");
+    if (is_loose(body.shape)) at.at("tear").refuse("'tear' of loose particles", "a body with edges");
   }
   if (body.mass.has_value() == body.density.has_value()) {
     at.refuse(body.mass ? "both 'mass' and 'density'" : "neither 'mass' nor 'density'", "exactly one of them");

@@ -5,9 +5,9 @@ namespace malha {
 namespace {
 
 Sides read_sides(const JsonReader& at) {
-  const std::string word = at.word("kind of sides", {"solid", "one_sided", "two_sided"});
-  if (word == "one_sided") return Sides::OneSided;
-  return word == "two_sided" ? Sides::TwoSided : Sides::Solid;
+  const std::string sides = at.choice("value of sides", {"solid", "one_sided", "two_sided"});
+  if (sides == "one_sided") return Sides::OneSided;
+  return sides == "two_sided" ? Sides::TwoSided : Sides::Solid;
 }
 
 Keyframe read_keyframe(const JsonReader& at) {
@@ -36,7 +36,7 @@ std::vector<Keyframe> read_motion(const JsonReader& at) {
 
 EnvironmentSpec read_environment(const JsonReader& at, const std::string& folder) {
   EnvironmentSpec object;
-  object.thickness = 0;  // unless it is named
+  object.thickness = 0;  // the default, see EnvironmentSpec
   at.object({
       {"name", [&](const JsonReader& v) { object.name = read_name(v); }, true},
       {"shape", [&](const JsonReader& v) { object.shape = read_shape(v, ShapeUse::Environment, folder); }, true},
@@ -44,7 +44,7 @@ EnvironmentSpec read_environment(const JsonReader& at, const std::string& folder
       {"sides", [&](const JsonReader& v) { object.sides = read_sides(v); }},
       {"start_inside",
        [&](const JsonReader& v) {
-         object.push_out = v.word("way of starting inside", {"refuse", "push_out"}) == "push_out";
+         object.push_out = v.choice("start_inside", {"refuse", "push_out"}) == "push_out";
        }},
       {"thickness", [&](const JsonReader& v) { object.thickness = v.number(above(0, "m")); }},
       {"friction", [&](const JsonReader& v) { object.friction = v.number(at_least(0, "")); }},
@@ -53,7 +53,7 @@ EnvironmentSpec read_environment(const JsonReader& at, const std::string& folder
       {"motion", [&](const JsonReader& v) { object.motion = read_motion(v); }},
   });
   if (at.has("start_inside") && object.sides != Sides::Solid)
-    at.at("start_inside").refuse("an inside of a sheet", "\"sides\": \"solid\" beside it");
+    at.at("start_inside").refuse("'start_inside' of a sheet, which has no inside", "\"sides\": \"solid\" beside it");
   return object;
 }
 

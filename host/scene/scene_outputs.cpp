@@ -22,14 +22,14 @@ OutputSpec read_outputs(const JsonReader& at) {
   OutputSpec outputs;
   const auto read_frames = [&](const JsonReader& frames) {
     frames.object({
-        {"every", [&](const JsonReader& v) { outputs.every = v.integer(0, most_steps); }, true},
-        {"formats", [&](const JsonReader& v) { outputs.formats = v.words("format", kFrameFormats); }, true},
+        {"every", [&](const JsonReader& v) { outputs.every = v.integer(0, max_steps); }, true},
+        {"formats", [&](const JsonReader& v) { outputs.formats = v.choices("format", kFrameFormats); }, true},
     });
   };
   const auto read_pictures = [&](const JsonReader& pictures) {
     PictureSpec picture;
     pictures.object({
-        {"every", [&](const JsonReader& v) { outputs.picture_every = v.integer(0, most_steps); }},
+        {"every", [&](const JsonReader& v) { outputs.picture_every = v.integer(0, max_steps); }},
         {"size", [&](const JsonReader& v) { picture.size = v.integers<2>(1, widest_picture); }},
         {"camera", [&](const JsonReader& v) { picture.camera = read_camera(v); }},
     });
@@ -44,16 +44,16 @@ OutputSpec read_outputs(const JsonReader& at) {
       {"frames", read_frames},
       {"pictures", read_pictures},
       {"page", read_page},
-      {"checkpoint_every", [&](const JsonReader& v) { outputs.checkpoint_every = v.integer(0, most_steps); }},
+      {"checkpoint_every", [&](const JsonReader& v) { outputs.checkpoint_every = v.integer(0, max_steps); }},
   });
   return outputs;
 }
 
 namespace {
 
-/// A number is the most that is allowed; an object says the least, the most or both. `one` reads such a number.
+/// Reads a range: a number is the upper bound, an object has "at_least", "at_most" or both. `one` reads such a number.
 template <class One>
-Range read_allowed(const JsonReader& at, const std::string& what, One&& one) {
+Range read_range(const JsonReader& at, const std::string& what, One&& one) {
   if (at.value().type == JsonValue::Type::Number) return Range(one(at));
   if (at.value().type != JsonValue::Type::Object) at.refuse_value(what + ", or an object with at_least, at_most");
   Range bounds;
@@ -68,7 +68,7 @@ Range read_allowed(const JsonReader& at, const std::string& what, One&& one) {
 ExpectOfBody read_body_expect(const JsonReader& at, const std::vector<std::string>& bodies) {
   ExpectOfBody expect;
   at.object({
-      {"name", [&](const JsonReader& v) { expect.name = bodies.empty() ? v.text() : v.word("body", bodies); }, true},
+      {"name", [&](const JsonReader& v) { expect.name = bodies.empty() ? v.text() : v.choice("body", bodies); }, true},
       {"bounds", [&](const JsonReader& v) { read_box(v, expect.bounds_min, expect.bounds_max); }, true},
   });
   return expect;
@@ -80,24 +80,24 @@ Expect read_expect(const JsonReader& at, const std::vector<std::string>& bodies)
   Expect expect;
   const auto bounds = [](Range& to, const std::string& unit) {
     return [&to, unit](const JsonReader& v) {
-      to = read_allowed(v, "a number >= 0", [&](const JsonReader& one) { return one.number(at_least(0, unit)); });
+      to = read_range(v, "a number >= 0", [&](const JsonReader& one) { return one.number(at_least(0, unit)); });
     };
   };
   const auto counts = [](Range& to) {
     return [&to](const JsonReader& v) {
-      to = read_allowed(v, "an integer >= 0", [](const JsonReader& one) { return one.integer(0, most_steps); });
+      to = read_range(v, "an integer >= 0", [](const JsonReader& one) { return one.integer(0, max_steps); });
     };
   };
   const auto read_bodies = [&](const JsonReader& v) {
     for (const JsonReader& item : v.list()) {
       const ExpectOfBody body = read_body_expect(item, bodies);
       for (const ExpectOfBody& earlier : expect.bodies)
-        if (earlier.name == body.name) item.at("name").refuse_value("every body once");
+        if (earlier.name == body.name) item.at("name").refuse_value("each body once");
       expect.bodies.push_back(body);
     }
     if (expect.bodies.empty()) v.refuse("no body", "at least one");
   };
-  const auto read_inside = [&](const JsonReader& v) {
+  const auto read_bounds = [&](const JsonReader& v) {
     Vec3 min, max;
     read_box(v, min, max);
     expect.bounds_min = min;
@@ -117,7 +117,7 @@ Expect read_expect(const JsonReader& at, const std::vector<std::string>& bodies)
       {"energy_not_above", [&](const JsonReader& v) { expect.energy_not_above = v.number(any("J")); }},
       {"energy_not_below", [&](const JsonReader& v) { expect.energy_not_below = v.number(any("J")); }},
       {"max_speed", bounds(expect.max_speed, "m/s")},
-      {"bounds", read_inside},
+      {"bounds", read_bounds},
       {"bodies", read_bodies},
       {"volume_ratio", read_volume_ratio},
       {"inverted_tetrahedra", counts(expect.inverted_tetrahedra)},

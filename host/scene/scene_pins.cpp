@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pins, attachments, and what of a body may tear.
+// Readers of pins, attachments and tearing.
 #include <limits>
 
 #include "host/scene/scene_read.h"
@@ -26,7 +26,7 @@ ListPin read_list_pin(const JsonReader& at) {
 }
 
 RowPin read_row_pin(const JsonReader& at, const Shape& shape) {
-  const RowPin pin{at.word("row", {"first", "last"}) == "last"};
+  const RowPin pin{at.choice("row", {"first", "last"}) == "last"};
   if (!std::holds_alternative<GridShape>(shape) && !std::holds_alternative<ChainShape>(shape)) {
     at.refuse("a row of a shape that has no rows", "rows of a grid or a chain");
   }
@@ -48,15 +48,16 @@ std::vector<JsonReader::Field> selectors(Selector& to, const Shape& shape) {
   };
 }
 
-/// Of points that are somewhere at the start: the first keyframe may move nothing, or they would jump.
+/// Reads the motion of particles from their positions at the start. The first keyframe must be the identity, otherwise
+/// they would jump.
 std::vector<Keyframe> read_motion_from_start(const JsonReader& at) {
   const std::vector<Keyframe> motion = read_motion(at);
   if (!motion.empty() && (motion.front().translate != Vec3{0, 0, 0} || motion.front().degrees != 0))
-    at.list().front().refuse("a first pose that is not that of the start", "one without translate and rotate");
+    at.list().front().refuse("a first keyframe that moves the particles", "one without translate and rotate");
   return motion;
 }
 
-JsonReader::Field until_field(std::optional<double>& release_time) {
+JsonReader::Field release_field(std::optional<double>& release_time) {
   return {"release_time", [&](const JsonReader& v) { release_time = v.number(above(0, "s")); }};
 }
 
@@ -72,7 +73,7 @@ void read_target(const JsonReader& at, Attachment& attachment) {
 Pin read_pin(const JsonReader& at, const Shape& shape) {
   Pin pin;
   at.one_of(selectors(pin.at, shape), {{"motion", [&](const JsonReader& v) { pin.motion = read_motion_from_start(v); }},
-                                       until_field(pin.release_time)});
+                                       release_field(pin.release_time)});
   return pin;
 }
 
@@ -85,7 +86,7 @@ Attachment read_attachment(const JsonReader& at, const Shape& shape) {
        [&](const JsonReader& v) {
          attachment.motion = read_motion_from_start(v);
          if (!attachment.environment.empty())
-           v.refuse("a motion of what is tied to the environment", "that of the environment object itself");
+           v.refuse("'motion' of an attachment to an environment object", "the 'motion' of that object");
        }},
       {"stiffness", [&](const JsonReader& v) { attachment.stiffness = v.number(between(0, 1, "")); }},
       {"compliance",
@@ -93,7 +94,7 @@ Attachment read_attachment(const JsonReader& at, const Shape& shape) {
          attachment.compliance = v.number(at_least(0, "m/N"));
          if (at.has("stiffness")) v.refuse("both 'stiffness' and 'compliance'", "one of them");
        }},
-      until_field(attachment.release_time),
+      release_field(attachment.release_time),
   });
   return attachment;
 }

@@ -8,20 +8,20 @@
 namespace malha {
 namespace {
 
-using Json = nlohmann::ordered_json;  // keys in the order of the format, not of the alphabet
+using Json = nlohmann::ordered_json;  // keeps the order in which keys are added
 
 Json rotation(const Vec3& axis, double degrees) { return {{"axis", axis}, {"degrees", degrees}}; }
 
 namespace fs = std::filesystem;
 
-/// Absolute, so that it means the same in whatever folder the text is read back; or from this folder on. The file's own
-/// name stays, whatever it links to: it says the format.
+/// The absolute path, which is valid in any folder, or the path relative to `folder`, if that is not empty. The name of
+/// the file is kept even if it is a link, since its extension gives the format.
 std::string path_from(const std::string& folder, const fs::path& path) {
   const fs::path whole = fs::absolute(path);
   if (folder.empty()) return whole.string();
   std::error_code gone;  // the folder may have been removed meanwhile
-  const fs::path way = fs::relative(whole.parent_path(), folder, gone);
-  return gone || way.empty() ? whole.string() : (way / whole.filename()).lexically_normal().string();
+  const fs::path relative = fs::relative(whole.parent_path(), folder, gone);
+  return gone || relative.empty() ? whole.string() : (relative / whole.filename()).lexically_normal().string();
 }
 
 struct ShapeWriter {
@@ -99,12 +99,12 @@ Json write(const Transform& t) {
 
 Json write(const ConstraintSpec& c) {
   Json json{{"type", c.type}};
-  bool free = false;
-  for (const KindInScenes& kind : constraint_kinds()) {
+  bool accepts_stiffness = false;
+  for (const ConstraintSchema& kind : constraint_kinds()) {
     if (kind.name != c.type) continue;
     if (kind.on_edges) json["elements"] = c.elements;
     json[kind.parameter] = c.parameter;
-    free = kind.free;
+    accepts_stiffness = kind.accepts_stiffness;
   }
   if (c.rigidity) {
     json["rigidity"] = *c.rigidity;
@@ -112,7 +112,7 @@ Json write(const ConstraintSpec& c) {
     json["young_modulus"] = *c.young_modulus;
   } else if (c.compliance) {
     json["compliance"] = *c.compliance;
-  } else if (free) {
+  } else if (accepts_stiffness) {
     json["stiffness"] = c.stiffness;
   }
   return json;
@@ -173,19 +173,23 @@ Json write(const SolverSpec& s) {
     json["stiffness_basis"] = s.stiffness_of_step ? "step" : "projections";
   }
   if (s.type != "desbrun") return json;
-  const DesbrunSpec& own = s.desbrun;
-  json["spring_constant"] = own.spring_constant;
-  json["filter"] = own.filter == FilterKind::Dense ? "dense" : own.filter == FilterKind::Sparse ? "sparse" : "auto";
-  if (own.storage)
-    json["storage"] = *own.storage == Storage::Double ? "double" : *own.storage == Storage::Int16 ? "int16" : "float";
-  json["filter_external_forces"] = own.filter_external_forces;
-  if (own.corrector)
-    json["corrector"] = *own.corrector == Corrector::Inertia ? "inertia"
-                        : *own.corrector == Corrector::Paper ? "paper"
-                                                             : "off";
-  json["refinement_iterations"] = own.refinement_iterations;
-  if (own.tolerance) json["tolerance"] = *own.tolerance;
-  if (own.time_budget) json["time_budget"] = *own.time_budget;
+  const DesbrunSpec& desbrun = s.desbrun;
+  json["spring_constant"] = desbrun.spring_constant;
+  json["filter"] = desbrun.filter == FilterKind::Dense    ? "dense"
+                   : desbrun.filter == FilterKind::Sparse ? "sparse"
+                                                          : "auto";
+  if (desbrun.storage)
+    json["storage"] = *desbrun.storage == Storage::Double  ? "double"
+                      : *desbrun.storage == Storage::Int16 ? "int16"
+                                                           : "float";
+  json["filter_external_forces"] = desbrun.filter_external_forces;
+  if (desbrun.corrector)
+    json["corrector"] = *desbrun.corrector == Corrector::Inertia ? "inertia"
+                        : *desbrun.corrector == Corrector::Paper ? "paper"
+                                                                 : "off";
+  json["refinement_iterations"] = desbrun.refinement_iterations;
+  if (desbrun.tolerance) json["tolerance"] = *desbrun.tolerance;
+  if (desbrun.time_budget) json["time_budget"] = *desbrun.time_budget;
   return json;
 }
 
@@ -199,7 +203,7 @@ Json write(const Wind& w) {
   return json;
 }
 
-/// Of a count without a point.
+/// A range; with `count` its bounds are written as integers.
 Json write(const Range& bounds, bool count) {
   const auto number = [count](double x) { return count ? Json(static_cast<std::int64_t>(x)) : Json(x); };
   if (!bounds.at_least) return number(*bounds.at_most);
@@ -252,7 +256,7 @@ std::string to_json(const Scene& scene, const std::string& folder) {
   json["duration"] = scene.duration;
   json["outputs"] = write(scene.outputs);
   json["expect"] = write(scene.expect);
-  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";  // a path may have any bytes
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";  // paths may contain invalid UTF-8
 }
 
 }  // namespace malha

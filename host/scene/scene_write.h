@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scenes as text.
+// Writer of scenes as JSON.
 #pragma once
 #include <filesystem>
 #include <string>
@@ -8,7 +8,7 @@
 
 namespace malha {
 
-/// As to_json(scene), with paths that start from this folder, where the text will lie.
+/// to_json(scene) with mesh paths relative to `folder`, in which the text will be stored.
 std::string to_json(const Scene& scene, const std::string& folder);
 
 }  // namespace malha

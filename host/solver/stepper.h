@@ -236,7 +236,7 @@ class TimeStepper : public Solver {
     if (!model.air.particle.empty()) air_.emplace(executor, model.air, *model.scene.wind);
     if (model.scene.sleep) sleeper_.emplace(executor, model);
     if (!model.moved.empty()) kinematic_pins_.emplace(executor, model), kinematic_pins_->set_pinned(0, w_.data());
-    if (tears(model.scene)) tear_limits_.emplace(executor, breakable(model));
+    if (can_tear(model.scene)) tear_limits_.emplace(executor, tearable_edges(model));
     if (!model.attached.empty()) attachments_.emplace(executor, model);
     if (!model.environment.empty()) facts_.collision_seconds = seconds([&] { collider_.emplace(executor, model); });
     if (names_edges(model.scene)) facts_.collision_seconds += seconds([&] { edges_.emplace(executor, model); });

@@ -57,7 +57,7 @@ double excess(const Scene& scene, const Simulation& simulation) {
   for (int item = 0; item < set.items(); ++item)
     for (int k = set.begin[item]; k < set.begin[item + 1]; ++k) {
       const Vec3 d = x[model.user_index[set.particle[item]]] - x[model.user_index[set.anchor[k]]];
-      most = std::max(most, length(d) / set.reach[k] - 1);
+      most = std::max(most, length(d) / set.max_distance[k] - 1);
     }
   return most;
 }
@@ -232,12 +232,12 @@ TEST(LongRange, IsRefusedWithoutPins) {
   const auto refused = [&](const std::string& found, int constraint = 1) {
     EXPECT_EQ(refusal([&] { build_model(scene); }), "s.json: /bodies/0/constraints/" + std::to_string(constraint) +
                                                         ": found " + found +
-                                                        "; allowed: long-range attachments on a body with pins that "
-                                                        "are never let go");
+                                                        "; allowed: long-range attachments on a body with pins "
+                                                        "without \"release_time\"");
   };
   ASSERT_EQ(refusal([&] { build_model(scene); }), "");
   for (Pin& pin : scene.bodies[0].pins) pin.release_time = 1;
-  refused("no pin but those that are let go, at their \"release_time\"");
+  refused("no pin but those with a \"release_time\"");
   scene.bodies[0].pins.clear();
   refused("no pin");
   // Loose particles are not connected, so that a pin holds only itself: particle 0 is pinned for good, then particle 1
@@ -247,7 +247,7 @@ TEST(LongRange, IsRefusedWithoutPins) {
   body.pins = {ListPin{{0}}};
   refused("no particle that is connected with a pin", 0);
   body.pins.emplace_back(ListPin{{1}}).release_time = 1;
-  refused("no particle that is connected with a pin but those that are let go, at their \"release_time\"", 0);
+  refused("no particle that is connected with a pin but those with a \"release_time\"", 0);
 }
 
 TEST(LongRange, IsAPassOfItsOwn) {

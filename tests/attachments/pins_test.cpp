@@ -20,7 +20,7 @@ namespace {
 std::vector<int> held(const Shape& shape, std::vector<Pin> pins) {
   Scene scene = scene_of({body("first", GridShape{}), body("second", shape)});
   scene.bodies[1].pins = std::move(pins);
-  const std::vector<bool> pinned = find_holds(scene, 1, make_mesh(shape)).pinned;
+  const std::vector<bool> pinned = find_boundary_conditions(scene, 1, make_mesh(shape)).pinned;
   std::vector<int> found;
   for (std::size_t i = 0; i < pinned.size(); ++i)
     if (pinned[i]) found.push_back(static_cast<int>(i));

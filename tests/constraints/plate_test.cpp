@@ -104,7 +104,7 @@ TEST(WingedTriangles, StandForTheWholeAreaAndLeaveNoHingeOut) {
     body.shape = MeshFile{folder.write("strip.obj", irregular_obj(1, 2, columns, 12, 0.3, 5))};
     const Model model = build_model(scene_of({body}, {0, 0, 0}, 1.0 / 60));
     Mesh mesh;
-    mesh.points = model.look.points, mesh.faces = model.look.faces;
+    mesh.points = model.render_mesh.points, mesh.faces = model.render_mesh.faces;
     const WingedTriangles winged = winged_triangles(mesh, std::vector<bool>(mesh.points.size()));
     const auto area = [&](int i, int j, int k) {
       const Vec3 u = mesh.points[j] - mesh.points[i], v = mesh.points[k] - mesh.points[i];

@@ -89,7 +89,7 @@ double energy_of_lifts(const Model& model, Lift lift) {
   double energy = 0;
   for (const LiftedTerm& term : bending_terms(model)) {
     double sum = 0;
-    for (const auto& [i, c] : term.c) sum += c * lift(model.look.points[i][0], model.look.points[i][2]);
+    for (const auto& [i, c] : term.c) sum += c * lift(model.render_mesh.points[i][0], model.render_mesh.points[i][2]);
     energy += term.k / 2 * sum * sum;
   }
   return energy;

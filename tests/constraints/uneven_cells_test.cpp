@@ -85,7 +85,7 @@ TEST(RigidityOfDistance, OfAPulledStripOfRectanglesHasItsYoungsModulusAndPoisson
     for (const SpringSet& set : model.springs)
       for (std::size_t s = 0; s < set.ends.size(); ++s) {
         const int a = model.user_index[set.ends[s][0]], b = model.user_index[set.ends[s][1]];
-        const Vec3 d = model.look.points[b] - model.look.points[a];
+        const Vec3 d = model.render_mesh.points[b] - model.render_mesh.points[a];
         const double u[4] = {-d[0] / length(d), -d[2] / length(d), d[0] / length(d), d[2] / length(d)};
         const int of[4] = {2 * a, 2 * a + 1, 2 * b, 2 * b + 1};
         for (int i = 0; i < 4; ++i)

@@ -172,7 +172,7 @@ TEST(Winding, OfAClosedBodyMattersToPressureWhichSaysSo) {
     build_model(scene_of({ball}, {}, 0.01));
     FAIL() << "accepted";
   } catch (const InputError& error) {
-    EXPECT_TRUE(has(error.what(), "two faces are oriented against each other")) << error.what();
+    EXPECT_TRUE(has(error.what(), "two faces have opposite orientations")) << error.what();
     EXPECT_TRUE(has(error.what(), "pressure needs a closed mesh")) << error.what();
   }
 }

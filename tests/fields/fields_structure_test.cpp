@@ -58,7 +58,7 @@ TEST_F(FieldsOfSheets, StructureIsTheLayoutOfTheSolver) {
       EXPECT_TRUE(layout.patch[line[0]] == layout.owner[l] || layout.patch[line[1]] == layout.owner[l]);
       EXPECT_LT(layout.batch[l], layout.batches);
     }
-    for (const Quad& face : model.look.faces)  // every side once, except those between two pins
+    for (const Quad& face : model.render_mesh.faces)  // every side once, except those between two pins
       for (int k = 0; k < (face[3] < 0 ? 3 : 4); ++k) {
         const int i = face[k], j = face[(k + 1) % (face[3] < 0 ? 3 : 4)];
         const Edge edge{std::min(i, j), std::max(i, j)};

@@ -43,7 +43,7 @@ TEST_F(FieldsOfStrain, IsAnalyticOnAnIrregularMesh) {
   for (Vec3& p : x) p = {p[2] + 3, 1.25 * p[0], 0.5 * p[2]};  // x is stretched to 5/4, z to sqrt(1 + 1/4)
   // The strain is that of the faces, not of the constraints.
   std::vector<double> expected(X.size(), 0);
-  for (const Quad& face : simulation.model().look.faces)
+  for (const Quad& face : simulation.model().render_mesh.faces)
     for (int k = 0; k < 3; ++k) {
       const int i = face[k], j = face[(k + 1) % 3];
       const Vec3 d = X[i] - X[j];
@@ -221,7 +221,7 @@ TEST(Fields, ResidualOfPressureIsThatOfItsVolume) {
   for (Vec3& p : x) p = {1.2 * p[0], p[1], 0.9 * p[2]};
   const auto volume = [&](const std::vector<Vec3>& at) {
     double sum = 0;
-    for (const Quad& f : simulation.model().look.faces) {
+    for (const Quad& f : simulation.model().render_mesh.faces) {
       const Vec3 &a = at[f[0]], &b = at[f[1]], &c = at[f[2]];
       sum +=
           a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) + a[2] * (b[0] * c[1] - b[1] * c[0]);

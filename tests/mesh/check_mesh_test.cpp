@@ -115,10 +115,10 @@ TEST(CheckMesh, RefusesVerticesInTheSamePlace) {
   mesh.points.push_back({1, 0, 0});
   mesh.faces.push_back({4, 5, 0, -1});
   const std::string allowed =
-      "; allowed: one vertex in one place: \"weld\": 0 beside the \"mesh\" of a body makes them one (or Blender's "
+      "; allowed: one vertex for each position: \"weld\": 0 beside the \"mesh\" of a body merges them (or Blender's "
       "Merge by Distance)";
   EXPECT_EQ(refused(mesh),
-            "a.obj: vertex 4 (0-based): found the place of vertex 3 again (vertices like it: 2)" + allowed);
+            "a.obj: vertex 4 (0-based): found the position of vertex 3 again (vertices like it: 2)" + allowed);
   EXPECT_EQ(refused(mesh, true), refused(mesh));
 }
 

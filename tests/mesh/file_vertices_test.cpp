@@ -123,9 +123,9 @@ TEST(FileVertices, OfFilesWithoutAnyThatNothingUsesCostNothing) {
   const TemporaryFolder folder;
   const Mesh sheet = mixed_sheet(3, true, 2);
   const Model model = build_model(parsed(swinging_file(folder.write("a.obj", obj_of(sheet)), {0})));
-  ASSERT_EQ(model.look.vertices.size(), 1u);
-  const FileVertices& file = model.look.vertices[0];
-  EXPECT_TRUE(file.point.empty() && file.place.empty() && file.faces.empty());
+  ASSERT_EQ(model.render_mesh.vertices.size(), 1u);
+  const FileVertices& file = model.render_mesh.vertices[0];
+  EXPECT_TRUE(file.point.empty() && file.position.empty() && file.faces.empty());
   EXPECT_TRUE(model.notes.empty());
 }
 
@@ -229,7 +229,7 @@ TEST(FileVertices, ThatAreWeldedHaveOnePlaceAndKeepTheirFacesCorners) {
     EXPECT_EQ(model.notes,
               (std::vector<std::string>{"body 'sheet': welded 5 vertices to others" + keeps,
                                         "body 'sheet': left out 1 vertex of no face, line or tetrahedron" + keeps}));
-    const std::vector<int> particles = particles_of_vertices(model.look, 0);
+    const std::vector<int> particles = particles_of_vertices(model.render_mesh, 0);
     for (int j = 0; j < 5; ++j) EXPECT_EQ(particles[j], particles[6 + 5 * j + 2]);
     EXPECT_EQ(particle_name(model, particles[6 + 7]), "particle 1 of body 'sheet'") << "the lowest of its vertices";
     EXPECT_EQ(particle_name(model, particles[6]), "particle 6 of body 'sheet'");
@@ -315,7 +315,7 @@ TEST(FileVertices, AreNamedByTheirNumbersInMessages) {
   again.points.push_back(again.points[last]);
   const std::string doubled = said(swinging_file(folder.write("b.obj", obj_of(again)), {corner}));
   EXPECT_TRUE(has(doubled, "vertex " + std::to_string(again.points.size() - 1) +
-                               " (0-based): found the place of vertex " + std::to_string(last) + " again"))
+                               " (0-based): found the position of vertex " + std::to_string(last) + " again"))
       << doubled;
 }
 

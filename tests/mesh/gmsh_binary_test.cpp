@@ -207,7 +207,7 @@ TEST_F(BinaryGmsh, IsRefusedWithTheByteAndWhatIsAllowedThere) {
   // A count that would take 2^46 bytes is compared with the file's size before anything is allocated.
   EXPECT_EQ(said(with_count(good, nodes, 8, std::uint64_t{1} << 46)),
             byte_of(nodes, 8) + "found 70368744177664 as the number of nodes; allowed: 0 to " +
-                std::to_string((left - 16) / 16) + ", for which the rest of the file has room");
+                std::to_string((left - 16) / 16) + ", as many as the rest of the file can hold");
   EXPECT_EQ(said(with_count(good, nodes, 0, ~std::uint64_t{0})),
             byte_of(nodes, 0) + "found 18446744073709551615 as the number of blocks; allowed: a number below 2^63");
   EXPECT_NE(said(with_count(good, nodes, 8, 6)).find("found 7 nodes in all blocks; allowed: 6, as announced"),
@@ -223,8 +223,8 @@ TEST_F(BinaryGmsh, IsRefusedWithTheByteAndWhatIsAllowedThere) {
   std::string no_order = good;
   no_order[good.find("8\n") + 2] = 2;
   EXPECT_EQ(said(no_order), byte_of("1 8\n", 0) +
-                                "found four bytes that are no 1 in either order; allowed: a 1, which tells the order "
-                                "of bytes");
+                                "found four bytes that are not the integer 1 in either byte order; allowed: the "
+                                "integer 1, which gives the byte order");
   std::string type = good;
   type.replace(type.find("4.1 1 8"), 7, "4.1 2 8");
   EXPECT_EQ(said(type), "a.msh: line 2, column 5: found 2 as the file type; allowed: 0 (ASCII) or 1 (binary)");

@@ -104,16 +104,15 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(
         BadTetrahedra{"a.node", "", "line 0: found the end of the file; allowed: the number of points"},
         BadTetrahedra{"a.node", with(node_0, "5 3", "5 2"), "line 1, column 3: found 2 as the dimension; allowed: 3"},
-        BadTetrahedra{
-            "a.node", with(node_0, "5 3", "500 3"),
-            "line 1, column 1: found 500 as the number of points; allowed: 0 to 6, for which the rest of the file has "
-            "room"},
+        BadTetrahedra{"a.node", with(node_0, "5 3", "500 3"),
+                      "line 1, column 1: found 500 as the number of points; allowed: 0 to 6, as many as the rest of "
+                      "the file can hold"},
         BadTetrahedra{"a.node", with(node_0, "\n0 0", "\n2 0"),
                       "line 2, column 1: found 2 as the number of the first point; allowed: 0 or 1"},
         BadTetrahedra{"a.node", with(node_0, "\n2 0", "\n3 0"),
                       "line 4, column 1: found 3 as the number of a point; allowed: 2: numbers in order, from 0"},
         BadTetrahedra{"a.node", with(node_0, "1.5", "nan"),
-                      "line 6, column 5: found \"nan\"; allowed: y, a finite number that a double holds"},
+                      "line 6, column 5: found \"nan\"; allowed: y, a finite number in the range of double"},
         BadTetrahedra{"a.node", with(node_0, "1.5 1\n", "1.5\n"),
                       "line 6, column 8: found the end of the line; allowed: z"},
         BadTetrahedra{
@@ -132,10 +131,9 @@ INSTANTIATE_TEST_SUITE_P(
         BadTetrahedra{"a.ele", with(ele_0, "0 0 1", "0 -1 1"), "line 2, column 3: found point -1; allowed: 0 to 4"},
         BadTetrahedra{"a.ele", with(ele_0, "\n1 1 2", "\n2 1 2"),
                       "line 3, column 1: found 2 as the number of a tetrahedron; allowed: 1: numbers in order, from 0"},
-        BadTetrahedra{
-            "a.ele", release_time(ele_0, "1 1 2"),
-            "line 1, column 1: found 2 as the number of tetrahedra; allowed: 0 to 1, for which the rest of the file "
-            "has room"},
+        BadTetrahedra{"a.ele", release_time(ele_0, "1 1 2"),
+                      "line 1, column 1: found 2 as the number of tetrahedra; allowed: 0 to 1, as many as the rest of "
+                      "the file can hold"},
         BadTetrahedra{"a.ele", ele_0 + "2 1 2 3 4\n",
                       "line 4, column 1: found \"2\"; allowed: as many tetrahedra as the first line says"},
         BadTetrahedra{"a.ele", "0 4 0\n", "line 1, column 5: found a mesh without tetrahedra; allowed: one or more"}));
@@ -153,21 +151,19 @@ INSTANTIATE_TEST_SUITE_P(
         BadTetrahedra{"a.mesh", "MeshVersionFormatted 1\nVertices 0\n",
                       "line 2, column 1: found \"Vertices\"; allowed: Dimension 3 before it"},
         BadTetrahedra{"a.mesh", with(medit, "1.5", "-inf"),
-                      "line 10, column 3: found \"-inf\"; allowed: y, a finite number that a double holds"},
+                      "line 10, column 3: found \"-inf\"; allowed: y, a finite number in the range of double"},
         BadTetrahedra{"a.mesh", with(medit, "2 3 5 4 2\n", "2 3 6 4 2\n"),
                       "line 21, column 5: found vertex 6; allowed: 1 to 5"},
         BadTetrahedra{"a.mesh", with(medit, "1 2 3 4 1\n", "0 2 3 4 1\n"),
                       "line 20, column 1: found vertex 0; allowed: 1 to 5"},
-        BadTetrahedra{
-            "a.mesh", with(medit, "\n5\n", "\n5000\n"),
-            "line 5, column 1: found 5000 as the number of vertices; allowed: 0 to 21, for which the rest of the file "
-            "has room"},
+        BadTetrahedra{"a.mesh", with(medit, "\n5\n", "\n5000\n"),
+                      "line 5, column 1: found 5000 as the number of vertices; allowed: 0 to 21, as many as the rest "
+                      "of the file can hold"},
         BadTetrahedra{"a.mesh", release_time(medit, "\n3\nEnd") + "\n# cut off\n",
                       "line 24: found the end of the file; allowed: the rest of RequiredVertices"},
-        BadTetrahedra{
-            "a.mesh", with(medit, "RequiredVertices", "Voxels"),
-            "line 22, column 1: found \"Voxels\"; allowed: Vertices, Tetrahedra, Triangles, Quadrilaterals, End, or "
-            "what says nothing about them (Edges, Corners, Ridges, Required..., Normals ...)"},
+        BadTetrahedra{"a.mesh", with(medit, "RequiredVertices", "Voxels"),
+                      "line 22, column 1: found \"Voxels\"; allowed: Vertices, Tetrahedra, Triangles, Quadrilaterals, "
+                      "End, or an ignored keyword (Edges, Corners, Ridges, Required..., Normals ...)"},
         BadTetrahedra{"a.mesh", with(medit, "RequiredVertices", "Hexahedra"),
                       "line 23, column 1: found Hexahedra; allowed: Tetrahedra only"},
         BadTetrahedra{"a.mesh", medit + "1\n", "line 26, column 1: found \"1\"; allowed: nothing after End"}));
@@ -182,7 +178,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadTetrahedra{"a.msh", release_time(gmsh_2, "$Nodes"),
                       "line 7: found the end of the file; allowed: a section $Elements"},
         BadTetrahedra{"a.msh", with(gmsh_2, "1.5", "x"),
-                      "line 14, column 5: found \"x\"; allowed: y, a finite number that a double holds"},
+                      "line 14, column 5: found \"x\"; allowed: y, a finite number in the range of double"},
         BadTetrahedra{"a.msh", with(gmsh_2, "\n7 1 0", "\n10 1 0"),
                       "line 11, column 1: found node 10 again; allowed: every node once"},
         BadTetrahedra{"a.msh", with(gmsh_2, "4 4 0 7 3 1 99", "4 4 0 7 3 1 2"),
@@ -199,7 +195,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadTetrahedra{"a.msh", with(gmsh_4, "2 5 1 99", "2 6 1 99"),
                       "line 21, column 7: found 5 nodes in all blocks; allowed: 6, as announced"},
         BadTetrahedra{"a.msh", with(gmsh_4, "3 1 4 2\n", "3 1 4 9\n"),
-                      "line 30, column 1: found \"$EndElements\"; allowed: the number of an element, a whole number"},
+                      "line 30, column 1: found \"$EndElements\"; allowed: the number of an element, an integer"},
         BadTetrahedra{"a.msh", with(gmsh_4, "$Entities\n0 0 0 1\n1 0 0 0 1 1 1 0 0\n$EndEntities\n$Nodes", "$Elements"),
                       "line 4, column 1: found \"$Elements\"; allowed: $Nodes before it"}));
 

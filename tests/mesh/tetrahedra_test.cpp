@@ -77,8 +77,8 @@ TEST(TetrahedraInScenes, AreNeededByTheirConstraintsAndExpectations) {
   const auto said = [](const Scene& scene) { return refusal([&] { Simulation simulation(scene, {.threads = 1}); }); };
   for (const ConstraintSpec& spec : {constraint("volume"), neo_hookean(1e5, 0.3)})
     EXPECT_NE(said(scene_of({body("ball", SphereShape{}, {spec})}))
-                  .find("found a mesh that offers " + spec.type +
-                        " nothing to act on; allowed: a mesh of tetrahedra: tet_box, .mesh, .msh, .node and .ele"),
+                  .find("found a mesh without elements for " + spec.type +
+                        "; allowed: a mesh of tetrahedra: tet_box, .mesh, .msh, .node and .ele"),
               std::string::npos);
   Scene scene = scene_of({body("ball", SphereShape{}, {constraint("distance")})});
   scene.expect.inverted_tetrahedra = 0;

@@ -125,9 +125,9 @@ TEST(Hinges, LeaveOutBordersAndCrowdedEdges) {
     EXPECT_EQ(hinges(mesh), (std::vector<std::array<int, 4>>{{0, 1, 2, 3}}));
   }
   mesh.faces.push_back({1, 0, 4, -1});
-  int crowded = 0;
-  EXPECT_TRUE(hinges(mesh, &crowded).empty());
-  EXPECT_EQ(crowded, 1);
+  int non_manifold = 0;
+  EXPECT_TRUE(hinges(mesh, &non_manifold).empty());
+  EXPECT_EQ(non_manifold, 1);
 }
 
 TEST(Components, AreNumberedByTheirLowestParticles) {
@@ -247,7 +247,7 @@ std::string closed_refusal(const Mesh& mesh) {
   return refusal([&] { require_closed(mesh, "balloon.obj", "pressure needs a closed mesh"); });
 }
 const std::string two_faces =
-    "; allowed: pressure needs a closed mesh: every edge with exactly two faces, oriented alike";
+    "; allowed: pressure needs a closed mesh: every edge with exactly two faces, consistently oriented";
 
 Mesh closed_tetrahedron() { return mesh_of_faces({tetrahedron, tetrahedron + 4}, tetrahedron_faces); }
 
@@ -277,7 +277,7 @@ TEST(RequireClosed, RefusesNeighboursOrientedAgainstEachOther) {
   Mesh mesh = closed_tetrahedron();
   std::swap(mesh.faces[3][0], mesh.faces[3][1]);
   EXPECT_EQ(closed_refusal(mesh),
-            "balloon.obj: edge 0-2 (vertices, 0-based): found an edge whose two faces are oriented against each other "
+            "balloon.obj: edge 0-2 (vertices, 0-based): found an edge whose two faces have opposite orientations "
             "(edges like it: 3)" +
                 two_faces);
 }

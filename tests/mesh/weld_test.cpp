@@ -47,7 +47,7 @@ TEST(Weld, OfASurfaceSplitAtEveryFaceGivesTheSurfaceBack) {
       const Welded done = weld(mesh, 4 * off, "a.obj");
       ASSERT_EQ(mesh.points.size(), whole.points.size());
       EXPECT_EQ(done.merged, split - static_cast<int>(whole.points.size()));
-      EXPECT_EQ(done.gone, 0);
+      EXPECT_EQ(done.removed, 0);
       EXPECT_EQ(edges(mesh).size(), edges(whole).size());
       EXPECT_NO_THROW(require_closed(mesh, "a.obj", "a test"));
       EXPECT_NEAR(signed_volume(mesh.points, triangles(mesh)), signed_volume(whole.points, triangles(whole)), 1e-5);
@@ -61,7 +61,7 @@ TEST(Weld, ClosesFacesWhoseCornersFallTogether) {
   mesh.lines = {{2, 3}, {0, 4}};
   const Welded done = weld(mesh, 1e-3, "a.obj");
   EXPECT_EQ(done.merged, 1);
-  EXPECT_EQ(done.gone, 2) << "a triangle and a line";
+  EXPECT_EQ(done.removed, 2) << "a triangle and a line";
   EXPECT_EQ(mesh.faces, (std::vector<Quad>{{0, 1, 2, 3}, {0, 1, 2, -1}}));
   EXPECT_EQ(mesh.lines, (std::vector<Edge>{{0, 3}}));
 }

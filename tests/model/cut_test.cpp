@@ -30,12 +30,12 @@ using Knife = std::function<double(const Vec3&)>;
 std::vector<Edge> crossed_by(
     const Simulation& simulation, const Knife& way,
     const std::function<bool(const Vec3&)>& reaches = [](const Vec3&) { return true; }) {
-  const RenderMesh& look = simulation.model().look;
+  const RenderMesh& render_mesh = simulation.model().render_mesh;
   const std::vector<Vec3> x = simulation.positions();
   std::vector<Edge> crossed;
-  for (std::size_t b = 0; b + 1 < look.body_begin.size(); ++b)
-    for (Edge e : edges(body_mesh(look, b))) {
-      for (int& end : e) end += look.body_begin[b];
+  for (std::size_t b = 0; b + 1 < render_mesh.body_begin.size(); ++b)
+    for (Edge e : edges(body_mesh(render_mesh, b))) {
+      for (int& end : e) end += render_mesh.body_begin[b];
       const Vec3 middle{(x[e[0]][0] + x[e[1]][0]) / 2, (x[e[0]][1] + x[e[1]][1]) / 2, (x[e[0]][2] + x[e[1]][2]) / 2};
       if ((way(x[e[0]]) < 0) == (way(x[e[1]]) < 0) || !reaches(middle)) continue;
       crossed.push_back(way(x[e[0]]) < 0 ? e : Edge{e[1], e[0]});
@@ -45,12 +45,12 @@ std::vector<Edge> crossed_by(
 
 /// The number of parts that all faces and lines with shared vertices form, and the part of each particle.
 int parts_of(const Simulation& simulation, std::vector<int>* of = nullptr) {
-  const RenderMesh& look = simulation.model().look;
+  const RenderMesh& render_mesh = simulation.model().render_mesh;
   std::vector<Edge> all;
-  for (const Quad& f : look.faces)
+  for (const Quad& f : render_mesh.faces)
     for (int k = 1; k < 4; ++k)
       if (f[k] >= 0) all.push_back({f[0], f[k]});
-  all.insert(all.end(), look.lines.begin(), look.lines.end());
+  all.insert(all.end(), render_mesh.lines.begin(), render_mesh.lines.end());
   int count = 0;
   const std::vector<int> part = components(simulation.model().count(), all, count);
   if (of) *of = part;
@@ -65,7 +65,7 @@ double mass_left(const Simulation& simulation) {
 
 /// Vertices of faces and lines that no cut edge crosses: elements that are crossed can be separated from them.
 std::vector<bool> beside(const Simulation& simulation, const std::vector<Edge>& crossed) {
-  const RenderMesh& look = simulation.model().look;
+  const RenderMesh& render_mesh = simulation.model().render_mesh;
   std::vector<bool> found(simulation.model().count(), false);
   const auto visit = [&](const auto& element) {
     const auto has_it = [&](int end) { return std::find(element.begin(), element.end(), end) != element.end(); };
@@ -74,20 +74,20 @@ std::vector<bool> beside(const Simulation& simulation, const std::vector<Edge>& 
     for (const int corner : element)
       if (corner >= 0) found[corner] = true;
   };
-  for (const Quad& face : look.faces) visit(face);
-  for (const Edge& line : look.lines) visit(line);
+  for (const Quad& face : render_mesh.faces) visit(face);
+  for (const Edge& line : render_mesh.lines) visit(line);
   return found;
 }
 
 void expect_parted(const Simulation& simulation, const std::vector<Edge>& edges) {
-  const RenderMesh& look = simulation.model().look;
+  const RenderMesh& render_mesh = simulation.model().render_mesh;
   const auto has_both = [](const auto& element, const Edge& e) {
     return std::find(element.begin(), element.end(), e[0]) != element.end() &&
            std::find(element.begin(), element.end(), e[1]) != element.end();
   };
   for (const Edge& e : edges) {
-    for (const Quad& face : look.faces) EXPECT_FALSE(has_both(face, e)) << e[0] << "-" << e[1];
-    for (const Edge& line : look.lines) EXPECT_FALSE(has_both(line, e)) << e[0] << "-" << e[1];
+    for (const Quad& face : render_mesh.faces) EXPECT_FALSE(has_both(face, e)) << e[0] << "-" << e[1];
+    for (const Edge& line : render_mesh.lines) EXPECT_FALSE(has_both(line, e)) << e[0] << "-" << e[1];
   }
 }
 

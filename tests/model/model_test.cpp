@@ -87,14 +87,14 @@ TEST(Model, SharesTheMassOfACloudEqually) {
 TEST(Model, MapsItsOrderBackToTheUsers) {
   const ShuffledMesh mesh;
   const Model model = build_model(scene_of({body("scan", MeshFile{mesh.path}), body("ball", SphereShape{0.5, 2})}));
-  ASSERT_EQ(model.look.points.size(), 441u + 162u);
-  for (int i = 0; i < model.count(); ++i) EXPECT_EQ(model.x[i], model.look.points[model.user_index[i]]);
+  ASSERT_EQ(model.render_mesh.points.size(), 441u + 162u);
+  for (int i = 0; i < model.count(); ++i) EXPECT_EQ(model.x[i], model.render_mesh.points[model.user_index[i]]);
   EXPECT_FALSE(std::is_sorted(model.user_index.begin(), model.user_index.end()))
       << "the example is one that is reordered";
   const auto solver = make_solver(model, 0);
   const std::vector<Vec3> positions = solver->positions();
   for (int i = 0; i < model.count(); ++i)
-    for (int k = 0; k < 3; ++k) EXPECT_NEAR(positions[i][k], model.look.points[i][k], 1e-7);
+    for (int k = 0; k < 3; ++k) EXPECT_NEAR(positions[i][k], model.render_mesh.points[i][k], 1e-7);
 }
 
 TEST(Model, KeepsConstraintsOnTheirParticlesWhenItReorders) {
@@ -118,7 +118,7 @@ TEST(Model, AppliesTheTransformBeforePinsAndMeasures) {
   sheet.pins = {NearestPin{{2, 10, 2}}};
   const Model model = build_model(scene_of({sheet}));
   EXPECT_EQ(model.w[solver_of(model)[24]], 0);
-  EXPECT_EQ(model.look.points[24], (Vec3{2, 10, 2}));
+  EXPECT_EQ(model.render_mesh.points[24], (Vec3{2, 10, 2}));
 }
 
 TEST(Model, SpinIsOmegaCrossRAboutTheCentreOfMass) {
@@ -228,17 +228,16 @@ TEST(ModelRefuses, ParticlesWithoutMass) {
 TEST(ModelRefuses, ConstraintsThatFindNothingToActOn) {
   EXPECT_EQ(
       model_refusal(scene_of({body("dust", LatticeShape{}, {constraint("distance")})})),
-      "test.json: /bodies/0/constraints/0: found a mesh that offers distance nothing to act on; allowed: edges, or "
-      "quads for shear");
-  EXPECT_EQ(
-      model_refusal(
-          scene_of({body("a", kGrid), body("chain", ChainShape{}, {constraint("distance"), constraint("bending")})})),
-      "test.json: /bodies/1/constraints/1: found a mesh that offers bending nothing to act on; allowed: a mesh with "
-      "neighbouring faces");
+      "test.json: /bodies/0/constraints/0: found a mesh without elements for distance; allowed: edges, or quads for "
+      "shear");
+  EXPECT_EQ(model_refusal(scene_of(
+                {body("a", kGrid), body("chain", ChainShape{}, {constraint("distance"), constraint("bending")})})),
+            "test.json: /bodies/1/constraints/1: found a mesh without elements for bending; allowed: a mesh with "
+            "neighbouring faces");
   ConstraintSpec shear = constraint("distance_limit");
   shear.elements = {"shear"};
   EXPECT_EQ(model_refusal(scene_of({body("ball", SphereShape{}, {shear})})),
-            "test.json: /bodies/0/constraints/0: found a mesh that offers distance_limit nothing to act on; allowed: "
+            "test.json: /bodies/0/constraints/0: found a mesh without elements for distance_limit; allowed: "
             "edges, or quads for shear");
 }
 

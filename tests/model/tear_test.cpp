@@ -86,7 +86,7 @@ TEST(Tearing, OfARopeCutsIt) {
 TEST(Tearing, SplitsAVertexAlongThePlaneThroughItThatIsPerpendicularToTheEdge) {
   Scene scene = pulled(0, {2, 4});  // 3 x 5 particles half a metre apart, x fastest
   const Model model = build_model(scene);
-  std::vector<Vec3> x = model.look.points;
+  std::vector<Vec3> x = model.render_mesh.points;
   for (std::size_t i = 9; i < x.size(); ++i) x[i][2] += 0.4;  // rows 3 and 4 away from row 2: strained by 0.8
   const std::vector<Split> splits = find_tears(model, x, pinned_now(model, 0));
   // Row 2 is particles 6, 7, 8; 7 cannot split in the step in which 6 does. The faces between rows 1 and 2 lie behind
@@ -96,7 +96,7 @@ TEST(Tearing, SplitsAVertexAlongThePlaneThroughItThatIsPerpendicularToTheEdge) {
   EXPECT_EQ(splits[0].faces, std::vector<int>{2});
   EXPECT_EQ(splits[1].vertex, 8);
   EXPECT_EQ(splits[1].faces, std::vector<int>{3});
-  EXPECT_TRUE(find_tears(model, model.look.points, pinned_now(model, 0)).empty());
+  EXPECT_TRUE(find_tears(model, model.render_mesh.points, pinned_now(model, 0)).empty());
 }
 
 TEST(Tearing, KeepsMassAndRestLengths) {
@@ -104,12 +104,12 @@ TEST(Tearing, KeepsMassAndRestLengths) {
   Simulation simulation(scene, {.threads = 1});
   int pinned = 0, still_pinned = 0;
   const double mass = mass_of(simulation, pinned);
-  const std::size_t faces = simulation.model().look.faces.size();
+  const std::size_t faces = simulation.model().render_mesh.faces.size();
   run_for(simulation, scene, 1);
   ASSERT_GT(simulation.tears(), 0);
   EXPECT_NEAR(mass_of(simulation, still_pinned), mass, 1e-14);
   EXPECT_EQ(still_pinned, pinned) << "pins do not tear";
-  EXPECT_EQ(simulation.model().look.faces.size(), faces);
+  EXPECT_EQ(simulation.model().render_mesh.faces.size(), faces);
   EXPECT_EQ(simulation.positions().size(), 45u + simulation.tears());
 }
 
@@ -140,7 +140,7 @@ TEST(Tearing, LaysOutTheTornMeshAsAnyOther) {
   const Scene scene = pulled(0.9);
   const Simulation simulation = after(scene, 1);
   const Model& model = simulation.model();
-  const Mesh torn = body_mesh(model.look, 0);
+  const Mesh torn = body_mesh(model.render_mesh, 0);
   // Every edge and diagonal with a movable end is a distance constraint, once.
   std::set<std::pair<int, int>> expected, found;
   std::vector<int> solver_of(model.user_index.size());

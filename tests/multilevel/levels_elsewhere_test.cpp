@@ -109,7 +109,7 @@ TEST(LevelsInOtherScenes, WhatFliesFreelyHasNoneByItselfAndKeepsItsLengthsWithTh
   Scene scene = scene_of({body}, {}, 1.0 / 60, 10);
   EXPECT_TRUE(Simulation(scene, {.threads = 1}).solver().facts().levels.empty());
   const LevelsOutcome truth = after(scene, 0.5, kTruth, 0), plain = after(scene, 0.5, 10, 0),
-                      levels = after(scene, 0.5, 10, kMostLevels);
+                      levels = after(scene, 0.5, 10, kMaxLevels);
   EXPECT_LT(rms_distance(levels.positions, truth.positions), 0.5 * rms_distance(plain.positions, truth.positions));
   EXPECT_LT(levels.measures.strain_rms, 0.1 * plain.measures.strain_rms);
 }

@@ -46,7 +46,7 @@ Measures after_a_second(const Scene& scene) {
 
 /// The bounds: plain sweeps gave 0.0075 and 0.036, levels 0.0011 and 0.0019.
 TEST(Levels, StretchDoesNotGrowWithTheMesh) {
-  EXPECT_LT(after_a_second(hung_sheet(sheet_of(46), kMostLevels)).strain_rms, 0.003);
+  EXPECT_LT(after_a_second(hung_sheet(sheet_of(46), kMaxLevels)).strain_rms, 0.003);
   const Measures fine = after_a_second(hung_sheet(sheet_of(100), kAutoLevels));
   EXPECT_LT(fine.strain_rms, 0.003);
   EXPECT_LT(fine.strain_max, 0.05);
@@ -99,7 +99,7 @@ double hung_stretch(Shape shape, ConstraintSpec constraint, int substeps, int le
 /// Springs of 300 N/m: 0.0050 by Newton's method on the springs at rest, at 33 and at 70 particles a side.
 TEST(Levels, CompliantConstraintsHangAsLongAsAtEquilibrium) {
   const ConstraintSpec springs = compliant("distance", 1.0 / 300, {"edges", "shear"});
-  EXPECT_NEAR(hung_stretch(sheet_of(33), springs, 10, kMostLevels), 0.0050, 0.0005);
+  EXPECT_NEAR(hung_stretch(sheet_of(33), springs, 10, kMaxLevels), 0.0050, 0.0005);
   EXPECT_NEAR(hung_stretch(sheet_of(70), springs, 10, kAutoLevels), 0.0050, 0.0005);
   EXPECT_GT(hung_stretch(sheet_of(70), springs, 10, 0), 0.015);
 }
@@ -118,22 +118,22 @@ TEST(Levels, MembranesHangAsLongAsAtEquilibriumOnAnyMesh) {
 }
 
 /// The edges of a body's coarsening graph, and its bodies.
-Linkage linkage_of_body(const BodySpec& body, const Vec3& gravity = kEarth) {
+CoarseningGraph linkage_of_body(const BodySpec& body, const Vec3& gravity = kEarth) {
   const Model model = build_model(scene_of({body}, gravity, 1.0 / 60, 10));
-  return linkage_of(model, model.w);
+  return coarsening_graph(model, model.w);
 }
 
 TEST(CoarseningGraph, OfAChainStretchesByTheWeightBelow) {
   BodySpec chain = hung_chain({0, 0, 0}, {0, -3, 0}, 3, 0.5);
   chain.constraints = {compliant("distance", 0.001, {"edges"})};
-  const Linkage linkage = linkage_of_body(chain);
+  const CoarseningGraph linkage = linkage_of_body(chain);
   // The forces in its three links of 1 m are the weights below them.
   const double m = 2.0 / 6, forces[] = {5 * m * kG, 3 * m * kG, m * kG};
   const double expected[] = {forces[0], (forces[0] + forces[1]) / 2, (forces[1] + forces[2]) / 2, forces[2] / 2};
-  ASSERT_EQ(linkage.give.size(), 4u);
+  ASSERT_EQ(linkage.stretch.size(), 4u);
   for (int i = 0; i < 4; ++i) {
-    EXPECT_NEAR(dot(linkage.give[i], linkage.give[i]), 0.001 * expected[i], 1e-9) << i;
-    EXPECT_NEAR(std::abs(linkage.give[i].y), norm(linkage.give[i]), 1e-9) << i;
+    EXPECT_NEAR(dot(linkage.stretch[i], linkage.stretch[i]), 0.001 * expected[i], 1e-9) << i;
+    EXPECT_NEAR(std::abs(linkage.stretch[i].y), norm(linkage.stretch[i]), 1e-9) << i;
   }
 }
 
@@ -149,32 +149,32 @@ TEST(CoarseningGraph, LeavesOutWhatIsMuchSofter) {
   EXPECT_EQ(linkage_of_body(sheet).links.size(), edges + shear);
   sheet.constraints[0] = stiff("distance", {"edges"});
   EXPECT_EQ(linkage_of_body(sheet).links.size(), edges);
-  EXPECT_TRUE(linkage_of_body(sheet).give.empty());
+  EXPECT_TRUE(linkage_of_body(sheet).stretch.empty());
 }
 
 /// There are no levels for solids, for elastic bodies without pins or loads, and, unless they are named, for those that
 /// weight stretches by more than 1 %.
 TEST(Levels, AreNotForSolidsNorForWhatHasNoWeightNorForWhatIsSoft) {
   SolverSpec automatic, asked;
-  automatic.levels = kAutoLevels, asked.levels = kMostLevels;
-  const LinkedPart stiff_part{.particles = 5000, .longest = 70};
+  automatic.levels = kAutoLevels, asked.levels = kMaxLevels;
+  const GraphComponent stiff_part{.particles = 5000, .max_graph_distance = 70};
   EXPECT_TRUE(should_use_levels(stiff_part, automatic));
-  LinkedPart solid = stiff_part, elastic = stiff_part;
+  GraphComponent solid = stiff_part, elastic = stiff_part;
   solid.solid = true;
   EXPECT_FALSE(should_use_levels(solid, asked));
-  elastic.elastic = true, elastic.stretch = 0.005, elastic.lost = 50;
+  elastic.elastic = true, elastic.stretch = 0.005, elastic.compliance_loss = 50;
   EXPECT_TRUE(should_use_levels(elastic, automatic));
   elastic.stretch = 0.02;
   EXPECT_FALSE(should_use_levels(elastic, automatic));
   EXPECT_TRUE(should_use_levels(elastic, asked));
-  elastic.stretch = 0.005, elastic.lost = 0.5;  // sweeps reach its compliance without levels
+  elastic.stretch = 0.005, elastic.compliance_loss = 0.5;  // sweeps reach its compliance without levels
   EXPECT_FALSE(should_use_levels(elastic, automatic));
-  elastic.lost = 50, elastic.loaded = true;  // a contact may stretch it too
+  elastic.compliance_loss = 50, elastic.loaded = true;  // a contact may stretch it too
   EXPECT_FALSE(should_use_levels(elastic, automatic));
   EXPECT_TRUE(should_use_levels(elastic, asked));
   elastic.stretch = 0;
   EXPECT_FALSE(should_use_levels(elastic, asked));
-  LinkedPart soft = stiff_part;
+  GraphComponent soft = stiff_part;
   soft.soft = true;  // a stiffness below 1, with which levels are not used
   EXPECT_FALSE(should_use_levels(soft, automatic));
 
@@ -190,7 +190,7 @@ TEST(Levels, AreNotForSolidsNorForWhatHasNoWeightNorForWhatIsSoft) {
 
 TEST(Levels, KeepTheMomentumOfAFreeBody) {
   BodySpec body = tumbling_ellipsoid(3, {stiff("distance", {"edges"})});
-  for (const int levels : {0, kMostLevels}) {
+  for (const int levels : {0, kMaxLevels}) {
     Scene scene = scene_of({body}, {}, 1.0 / 60, 10);
     scene.solver.levels = levels;
     Simulation simulation(scene, {.threads = 1});
@@ -212,7 +212,7 @@ TEST(Levels, LeaveWhatIsAtRestAlone) {
   for (BodySpec& body : {std::ref(ball), std::ref(box)}) {
     body.name = "body", body.mass = 1, body.constraints = {stiff("distance", {"edges"})};
     Scene scene = scene_of({body}, {}, 1.0 / 60, 10);
-    scene.solver.levels = kMostLevels;
+    scene.solver.levels = kMaxLevels;
     Simulation simulation(scene, {.threads = 1});
     // The box bends at its edges: one level has few enough of them.
     ASSERT_GE(simulation.solver().facts().levels.size(), &body == &ball ? 3U : 1U);
@@ -254,7 +254,7 @@ TEST(Levels, LetWhatIsFoldedAtRestUnroll) {
       {"long wave", [](int j) { return 1.0 * std::sin(2 * kPi * j / 60); }},
   };
   for (const WavedStrip& strip : strips)
-    for (const int levels : {kAutoLevels, kMostLevels}) {
+    for (const int levels : {kAutoLevels, kMaxLevels}) {
       const TemporaryFolder folder;
       std::vector<Vec3> row{{0, 0, 0}};
       for (int j = 0; j + 1 < rows; ++j)
@@ -313,7 +313,7 @@ TEST(Levels, AreAsLongAsTheSheetIsUnrolled) {
     const double angle = kPi * i / (side - 1);
     return Vec3{radius * std::cos(angle), radius * std::sin(angle), 2.0 * j / (side - 1)};
   });
-  Scene scene = hung_sheet(MeshFile{folder.write("pipe.obj", obj)}, kMostLevels);
+  Scene scene = hung_sheet(MeshFile{folder.write("pipe.obj", obj)}, kMaxLevels);
   scene.bodies[0].constraints = {stiff("distance", {"edges", "shear"})};
   const Model model = build_model(scene);
   const std::vector<Level> levels = make_levels(model, model.w);
@@ -324,10 +324,10 @@ TEST(Levels, AreAsLongAsTheSheetIsUnrolled) {
   for (std::size_t l = 0; l < 4; ++l) {
     const Level& level = levels[l];
     std::vector<Vec3> coarse(level.model.x.size());
-    for (int rank = 0; rank < level.up.count(); ++rank) {
+    for (int rank = 0; rank < level.restriction.count(); ++rank) {
       Vec3 mean{};
-      for (int k = level.up.begin[rank]; k < level.up.begin[rank + 1]; ++k)
-        for (int d = 0; d < 3; ++d) mean[d] += level.up.weight[k] * flat[level.up.of[k]][d];
+      for (int k = level.restriction.begin[rank]; k < level.restriction.begin[rank + 1]; ++k)
+        for (int d = 0; d < 3; ++d) mean[d] += level.restriction.weight[k] * flat[level.restriction.of[k]][d];
       coarse[level.particle[rank]] = mean;
     }
     for (const ConstraintSet& set : level.model.sets)
@@ -411,22 +411,22 @@ TEST(Levels, ParticlesFollowThoseAroundThem) {
   const Model model = build_model(scene);
   const Level level = make_levels(model, model.w).front();
   double squares = 0;
-  for (int i = 0; i < level.down.count(); ++i) {
+  for (int i = 0; i < level.prolongation.count(); ++i) {
     if (model.w[i] == 0) {
-      EXPECT_EQ(level.down.begin[i], level.down.begin[i + 1]);  // pins have no parents
+      EXPECT_EQ(level.prolongation.begin[i], level.prolongation.begin[i + 1]);  // pins have no parents
       continue;
     }
     Vec3 mean{};
     double sum = 0;
-    for (int k = level.down.begin[i]; k < level.down.begin[i + 1]; ++k) {
-      const Vec3& at = level.model.x[level.particle[level.down.of[k]]];
-      sum += level.down.weight[k];
-      for (int d = 0; d < 3; ++d) mean[d] += level.down.weight[k] * at[d];
+    for (int k = level.prolongation.begin[i]; k < level.prolongation.begin[i + 1]; ++k) {
+      const Vec3& at = level.model.x[level.particle[level.prolongation.of[k]]];
+      sum += level.prolongation.weight[k];
+      for (int d = 0; d < 3; ++d) mean[d] += level.prolongation.weight[k] * at[d];
     }
     EXPECT_NEAR(sum, 1, 1e-12);
-    EXPECT_LE(level.down.begin[i + 1] - level.down.begin[i], 4);
+    EXPECT_LE(level.prolongation.begin[i + 1] - level.prolongation.begin[i], 4);
     const double off = length(mean - model.x[i]);
-    squares += off * off / level.down.count();
+    squares += off * off / level.prolongation.count();
   }
   EXPECT_LT(std::sqrt(squares), 0.25 * 2 / 40);  // a quarter of an edge
 }

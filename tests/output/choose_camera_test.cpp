@@ -62,7 +62,7 @@ TEST(TheDefaultCamera, FramesWhatFallsToTheGroundThatIsTooLargeForThePicture) {
   ground.transform.translate = {-20, 0, -20};
   scene.environment = {ground};
   const Camera camera = camera_of(scene);
-  EXPECT_LT(outermost(camera, build_model(scene).look.points), 1) << "where it starts";
+  EXPECT_LT(outermost(camera, build_model(scene).render_mesh.points), 1) << "where it starts";
   EXPECT_LT(outermost(camera, after(scene, 1).positions()), 1) << "where it lies";
 }
 
@@ -78,7 +78,7 @@ TEST(TheDefaultCamera, LooksBetweenPlatesThatWouldHideABalloon) {
     scene.environment.push_back(plate);
   }
   const Camera camera = camera_of(scene);
-  const std::vector<Vec3> points = build_model(scene).look.points;
+  const std::vector<Vec3> points = build_model(scene).render_mesh.points;
   int hidden = 0;
   for (const Vec3& point : points)
     for (const double y : {-0.55, 0.55})

@@ -22,7 +22,7 @@ Scene hung_figure(Shape shape, ConstraintSpec constraint, bool levels) {
   body.constraints = {std::move(constraint)};
   body.pins = {BoxPin{{-1, -1e-7, -1}, {3, 1, 1}}};
   Scene scene = scene_of({body}, kEarth, 1.0 / 60, 10, Precision::Float);
-  scene.solver.levels = levels ? kMostLevels : 0;
+  scene.solver.levels = levels ? kMaxLevels : 0;
   return scene;
 }
 GridShape square_grid(int side) { return {{2, 2}, {side - 1, side - 1}}; }
@@ -86,7 +86,7 @@ TEST(Figures, DISABLED_StrainOfInextensibleSheets) {
   const auto row = [](const char* name, Scene scene, double seconds) {
     Measures at_end[2];
     for (const bool levels : {false, true}) {
-      scene.solver.levels = levels ? kMostLevels : 0;
+      scene.solver.levels = levels ? kMaxLevels : 0;
       Simulation simulation(scene, {.threads = 1});
       run_for(simulation, scene, seconds);
       if (scene.self_collision) simulation.count_crossings();

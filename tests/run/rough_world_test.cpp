@@ -159,7 +159,7 @@ TEST(TooLittleMemory, IsReportedWithFiguresBeforeASceneIsSetUp) {
   EXPECT_THROW(build_model(scene), OutOfMemory);
   const std::string said = refusal([&] { build_model(scene); });
   EXPECT_TRUE(has(said, "/bodies: found a scene that needs ")) << said;
-  EXPECT_TRUE(has(said, " GiB at the least; allowed: what fits into the memory, of which ")) << said;
+  EXPECT_TRUE(has(said, " GiB; allowed: one that fits into the free memory, ")) << said;
   const TemporaryFolder folder;
   folder.write("scene.json", to_json(scene));
   for (const char* command : {"run", "plan", "check"}) {

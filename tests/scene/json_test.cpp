@@ -126,14 +126,14 @@ TEST(JsonReader, RefusesNumbersOutOfRange) {
   const auto positive = [](const JsonReader& at) { at.number(above(0, "kg")); };
   EXPECT_EQ(refusal_of_value("0", positive), "a.json: /x: found 0; allowed: a number > 0 (kg)");
   EXPECT_EQ(refusal_of_value("1e-300", positive),
-            "a.json: /x: found 1e-300; allowed: a number > 0 (kg), of a size between 1e-18 and 1e+18");
+            "a.json: /x: found 1e-300; allowed: a number > 0 (kg), of a magnitude between 1e-18 and 1e+18");
   EXPECT_EQ(refusal_of_value("\"1\"", positive), "a.json: /x: found \"1\"; allowed: a number > 0 (kg)");
   const auto ratio = [](const JsonReader& at) { at.number(between(0, 1, "")); };
   EXPECT_EQ(refusal_of_value("1.5", ratio), "a.json: /x: found 1.5; allowed: a number in [0, 1]");
   EXPECT_EQ(refusal_of_value("1", ratio), "");
   const auto length = [](const JsonReader& at) { at.number(any("m")); };
   EXPECT_EQ(refusal_of_value("-1e39", length),
-            "a.json: /x: found -1e+39; allowed: a number (m), of a size between 1e-18 and 1e+18");
+            "a.json: /x: found -1e+39; allowed: a number (m), of a magnitude between 1e-18 and 1e+18");
   EXPECT_EQ(refusal_of_value("0", length), "");
 }
 
@@ -153,7 +153,7 @@ TEST(JsonReader, RefusesListsOfAnotherLength) {
 }
 
 TEST(JsonReader, RefusesUnknownAndRepeatedWords) {
-  const auto words = [](const JsonReader& at) { at.words("colour", {"red", "green"}); };
+  const auto words = [](const JsonReader& at) { at.choices("colour", {"red", "green"}); };
   EXPECT_EQ(refusal_of_value("[\"gren\"]", words),
             "a.json: /x/0: found unknown colour \"gren\" (did you mean 'green'?); allowed: red, green");
   EXPECT_EQ(refusal_of_value("[\"red\", \"red\"]", words),
@@ -164,8 +164,9 @@ TEST(JsonReader, RefusesUnknownAndRepeatedWords) {
 
 TEST(JsonReader, KeepsEveryMessageOnOneLine) {
   const auto text = [](const JsonReader& at) { at.text(); };
-  EXPECT_EQ(refusal_of_value("\"a\\nb\"", text), "a.json: /x: found \"a\\nb\"; allowed: a text of one line, not empty");
-  EXPECT_EQ(refusal_of_value("\"\"", text), "a.json: /x: found \"\"; allowed: a text of one line, not empty");
+  EXPECT_EQ(refusal_of_value("\"a\\nb\"", text),
+            "a.json: /x: found \"a\\nb\"; allowed: a non-empty string of one line");
+  EXPECT_EQ(refusal_of_value("\"\"", text), "a.json: /x: found \"\"; allowed: a non-empty string of one line");
 }
 
 }  // namespace

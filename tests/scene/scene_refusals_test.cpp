@@ -143,7 +143,7 @@ INSTANTIATE_TEST_SUITE_P(
 
 TEST(ParseScene, RefusesAnUnknownConstraintWithTheListOfKinds) {
   std::string names;
-  for (const KindInScenes& kind : constraint_kinds()) names += (names.empty() ? "" : ", ") + kind.name;
+  for (const ConstraintSchema& kind : constraint_kinds()) names += (names.empty() ? "" : ", ") + kind.name;
   EXPECT_EQ(scene_refusal(changed_scene("/bodies/0/constraints/0/type", "\"distanse\"")),
             "s.json: /bodies/0/constraints/0/type: found unknown constraint \"distanse\" (did you mean 'distance'?); "
             "allowed: " +

@@ -179,7 +179,7 @@ TEST_F(SceneSchema, HasTheBoundsOfTheParser) {
       const std::string refusal = scene_refusal(changed_scene(pointer, node[key].dump()));
       EXPECT_EQ(refusal.find("allowed: a number in"), std::string::npos) << refusal;
       EXPECT_EQ(refusal.find("allowed: an integer in"), std::string::npos) << refusal;
-      EXPECT_EQ(refusal.find("of a size between"), std::string::npos) << refusal;
+      EXPECT_EQ(refusal.find("of a magnitude between"), std::string::npos) << refusal;
       ++asked;
     }
   });
@@ -220,7 +220,7 @@ TEST_F(SceneSchema, HasTheConstraintsOfTheRegistry) {
     const Json& properties = option["properties"];
     const std::string name = properties["type"]["const"];
     in_schema.insert(name);
-    for (const KindInScenes& kind : constraint_kinds()) {
+    for (const ConstraintSchema& kind : constraint_kinds()) {
       if (kind.name != name) continue;
       EXPECT_TRUE(properties.contains(kind.parameter)) << name;
       const Json& parameter = resolve(properties[kind.parameter]);
@@ -228,11 +228,11 @@ TEST_F(SceneSchema, HasTheConstraintsOfTheRegistry) {
       if (!kind.modulus.empty()) {
         EXPECT_TRUE(properties.contains(kind.modulus)) << name;
         const Json required = option["required"];
-        EXPECT_EQ(std::count(required.begin(), required.end(), kind.modulus), kind.free ? 0 : 1) << name;
+        EXPECT_EQ(std::count(required.begin(), required.end(), kind.modulus), kind.accepts_stiffness ? 0 : 1) << name;
       }
     }
   }
-  for (const KindInScenes& kind : constraint_kinds()) registered.insert(kind.name);
+  for (const ConstraintSchema& kind : constraint_kinds()) registered.insert(kind.name);
   EXPECT_EQ(in_schema, registered);
 }
 

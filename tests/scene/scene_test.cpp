@@ -20,9 +20,9 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 TEST(ParseScene, GivesEveryKindItsOwnDefaults) {
-  for (const KindInScenes& kind : constraint_kinds()) {
+  for (const ConstraintSchema& kind : constraint_kinds()) {
     Json one{{"type", kind.name}};
-    if (!kind.free && !kind.modulus.empty()) one[kind.modulus] = 1;
+    if (!kind.accepts_stiffness && !kind.modulus.empty()) one[kind.modulus] = 1;
     const Scene scene = parse_scene(changed_scene("/bodies/2/constraints", Json::array({one}).dump()), "s.json", "");
     ASSERT_EQ(scene.bodies[2].constraints.size(), 1u);
     const ConstraintSpec& spec = scene.bodies[2].constraints[0];
@@ -36,10 +36,10 @@ TEST(ParseScene, GivesEveryKindItsOwnDefaults) {
 }
 
 TEST(ParseScene, HoldsEveryParameterToTheMinimumOfItsKind) {
-  for (const KindInScenes& kind : constraint_kinds()) {
+  for (const ConstraintSchema& kind : constraint_kinds()) {
     const auto with = [&](double value) {
       Json one{{"type", kind.name}, {kind.parameter, value}};
-      if (!kind.free && !kind.modulus.empty()) one[kind.modulus] = 1;
+      if (!kind.accepts_stiffness && !kind.modulus.empty()) one[kind.modulus] = 1;
       return changed_scene("/bodies/2/constraints", Json::array({one}).dump());
     };
     EXPECT_EQ(scene_refusal(with(kind.parameter_min)).empty(), kind.min_included) << kind.name;

@@ -20,8 +20,8 @@ namespace {
 /// Counts edges through triangles that share no particle with them, by signs of volumes in extended precision.
 class CrossingCount {
  public:
-  explicit CrossingCount(const RenderMesh& look) {
-    for (const Quad& face : look.faces) {
+  explicit CrossingCount(const RenderMesh& render_mesh) {
+    for (const Quad& face : render_mesh.faces) {
       if (!is_triangle(face)) throw std::logic_error("the count takes triangles");
       faces_.push_back({face[0], face[1], face[2]});
       for (int k = 0; k < 3; ++k) edges_.push_back(std::minmax(face[k], face[(k + 1) % 3]));
@@ -68,9 +68,9 @@ class CrossingCount {
 };
 
 TEST(IntersectionCount, CountsAnEdgeThroughATriangleAndNoneBesideIt) {
-  RenderMesh look;
-  look.faces = {{0, 1, 2, -1}, {3, 4, 5, -1}};
-  const CrossingCount count(look);
+  RenderMesh render_mesh;
+  render_mesh.faces = {{0, 1, 2, -1}, {3, 4, 5, -1}};
+  const CrossingCount count(render_mesh);
   std::vector<Vec3> x{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0.2, 0.2, -1}, {0.2, 0.2, 1}, {5, 5, 0.5}};
   EXPECT_EQ(count(x), 2) << "an edge of each goes through the other";
   for (int i = 3; i < 6; ++i) x[i][0] += 2;
@@ -258,7 +258,7 @@ Outcome attack(int kind, unsigned first, unsigned scenes, int steps) {
     const Attack made = attacks.make(kind, seed);
     SCOPED_TRACE("seed " + std::to_string(seed) + ": " + made.what);
     Simulation simulation(made.scene, {.threads = 1 + static_cast<int>(seed % 2)});
-    const CrossingCount crossings(simulation.model().look);
+    const CrossingCount crossings(simulation.model().render_mesh);
     const std::vector<double>& w = simulation.model().w;
     const bool held = std::find(w.begin(), w.end(), 0) != w.end();
     int contacts = 0;

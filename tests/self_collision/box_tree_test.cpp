@@ -50,7 +50,7 @@ TEST(BoxTree, FindsEveryBoxThatASegmentEnters) {
   for (int n = 0; n < 100; ++n) {
     const Vec3 a{random(), random(), random()}, b{random(), random(), n % 4 == 0 ? a[2] : random()};
     std::set<int> named;
-    tree.for_each_on(a, b, [&](int i) { EXPECT_TRUE(named.insert(i).second); });
+    tree.for_each_on_segment(a, b, [&](int i) { EXPECT_TRUE(named.insert(i).second); });
     for (int step = 0; step <= 500; ++step) {
       const double t = step / 500.0;
       for (std::size_t i = 0; i < boxes.size(); i += 7) {
@@ -120,8 +120,8 @@ TEST(InitialPairs, AreEstimatedFromASampleOfThem) {
   const PairEstimate pairs = estimate_pairs(self_surface(model), model.x, 10);
   // 3.25 pairs for two triangles are those of a sheet without a boundary; this one has more particles and edges: 12 %
   // more pairs.
-  EXPECT_NEAR(pairs.looked_at / (169.0 * 288 + 456.0 * 455 / 2), 1, 0.15);
-  EXPECT_EQ(pairs.looked_at, pairs.near);
+  EXPECT_NEAR(pairs.candidates / (169.0 * 288 + 456.0 * 455 / 2), 1, 0.15);
+  EXPECT_EQ(pairs.candidates, pairs.near);
 }
 
 TEST(InitialPairs, ThatFitNoMemoryAreRefused) {
@@ -134,8 +134,7 @@ TEST(InitialPairs, ThatFitNoMemoryAreRefused) {
     FAIL() << "accepted";
   } catch (const InputError& error) {
     EXPECT_TRUE(has(error.what(), "/self_collision/thickness: found some ")) << error.what();
-    EXPECT_TRUE(has(error.what(), " GiB; allowed: pairs that take no more than the memory that is left"))
-        << error.what();
+    EXPECT_TRUE(has(error.what(), " GiB; allowed: pairs that fit into the free memory")) << error.what();
   }
 }
 

@@ -50,7 +50,7 @@ TEST(InitialIntersections, AreIgnoredUntilTheBodiesHaveSeparated) {
     const std::int64_t at_start = simulation.measure().crossings;
     ASSERT_GT(at_start, 5);
     EXPECT_EQ(simulation.solver().facts().self->crossings, at_start);
-    EXPECT_TRUE(has(simulation.report("finished"), "what crosses collides once it has parted"));
+    EXPECT_TRUE(has(simulation.report("finished"), "these primitives collide once they have separated"));
     int parted = -1;
     for (int step = 0; step < 48; ++step) {
       simulation.step();

@@ -400,7 +400,7 @@ TEST(SelfCollision, RefusesWhatItCannotMean) {
                       "file, sheet, "),
             std::string::npos)
       << refusal("/bodies", R"(["sheet", "shet"])");
-  EXPECT_NE(refusal("/bodies", R"(["sheet", "sheet"])").find("every body once"), std::string::npos);
+  EXPECT_NE(refusal("/bodies", R"(["sheet", "sheet"])").find("each body once"), std::string::npos);
   EXPECT_NE(refusal("/thicknes", "1").find("thicknes"), std::string::npos);
   Scene scene = meeting(0);
   scene.self_collision.reset();

@@ -78,7 +78,7 @@ Scene hanging_cloth(const Case& which, const Schedule& schedule) {
 Cloth cloth_of(const Scene& scene) {
   const BodySpec& body = scene.bodies.front();
   const Mesh mesh = make_mesh(body.shape);
-  Cloth cloth{mesh.points, masses_by_total(mesh, *body.mass), find_holds(scene, 0, mesh).pinned, {}};
+  Cloth cloth{mesh.points, masses_by_total(mesh, *body.mass), find_boundary_conditions(scene, 0, mesh).pinned, {}};
   for (const std::string& on : body.constraints.front().elements)
     for (const Edge& link : on == "shear" ? shear(mesh) : edges(mesh))
       if (!cloth.pinned[link[0]] || !cloth.pinned[link[1]]) cloth.links.push_back(link);

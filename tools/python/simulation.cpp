@@ -42,11 +42,11 @@ py::slice slice(int first, int end) { return {first, end, 1}; }
 std::vector<BodyOf> bodies_of(PySimulation& py_simulation) {
   const auto use = py_simulation.now();
   const Simulation& simulation = *use;
-  const RenderMesh& look = simulation.model().look;
+  const RenderMesh& render_mesh = simulation.model().render_mesh;
   std::vector<BodyOf> all;
-  for (std::size_t b = 0; b + 1 < look.body_begin.size(); ++b)
-    all.push_back({simulation.model().scene.bodies[b].name, look.body_begin[b], look.body_begin[b + 1],
-                   look.face_begin[b], look.face_begin[b + 1], simulation.particles_of_vertices(b)});
+  for (std::size_t b = 0; b + 1 < render_mesh.body_begin.size(); ++b)
+    all.push_back({simulation.model().scene.bodies[b].name, render_mesh.body_begin[b], render_mesh.body_begin[b + 1],
+                   render_mesh.face_begin[b], render_mesh.face_begin[b + 1], simulation.particles_of_vertices(b)});
   return all;
 }
 
@@ -132,16 +132,16 @@ void add_state(Class& simulation) {
           [](PySimulation& s, const py::object& u) { s.now()->set_wind(vector_of(u, "wind")); },
           "The velocity of the air (x, y, z), m/s; None in a scene without wind, where it cannot be assigned.")
       .def_property_readonly(
-          "faces", [](PySimulation& s) { return array_of(s.now()->model().look.faces); },
+          "faces", [](PySimulation& s) { return array_of(s.now()->model().render_mesh.faces); },
           "int32 (F, 4), particles; -1 ends a triangle. A copy. Tears and cuts change it.")
       .def_property_readonly(
           "triangles",
           [](PySimulation& s) {
-            return array_of(triangles(Mesh{{}, s.now()->model().look.faces, {}, {}}));
+            return array_of(triangles(Mesh{{}, s.now()->model().render_mesh.faces, {}, {}}));
           },
           "int32 (T, 3), particles: the faces, quads as two.")
       .def_property_readonly(
-          "lines", [](PySimulation& s) { return array_of(s.now()->model().look.lines); },
+          "lines", [](PySimulation& s) { return array_of(s.now()->model().render_mesh.lines); },
           "int32 (L, 2), particles: edges that belong to no face.")
       .def_property_readonly("bodies", &bodies_of, "A list of Body, in the scene's order.")
       .def_property_readonly(

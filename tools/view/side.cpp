@@ -27,7 +27,7 @@ std::shared_ptr<const Body> body_of(const Model& model) {
   }
   for (const Edge& e : edges(mesh))
     body->edges.push_back({unsigned(e[0]), unsigned(e[1])}), used[e[0]] = used[e[1]] = true;
-  const std::vector<Vec3>& start = model.look.points;
+  const std::vector<Vec3>& start = model.render_mesh.points;
   for (const auto& [a, b] : body->edges) body->spacing += distance(start[a], start[b]) / double(body->edges.size());
   for (unsigned i = 0; i < used.size(); ++i)
     if (!used[i]) body->loose.push_back(i);

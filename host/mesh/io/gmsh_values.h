@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The values of a Gmsh file, in text (an item a line) and in bytes: one interface, so that the sections are read once.
+// Readers of the values of Gmsh files in text (one item per line) and in binary, with a common interface for the
+// sections.
 #pragma once
 #include <bit>
 #include <cmath>
@@ -19,7 +20,7 @@ class TextValues {
   void begin(const std::string& wanted) {
     if (!scan_.next_line()) scan_.refuse_end(wanted);
   }
-  /// Item i of n.
+  /// Starts item i of n.
   void begin(const char* item, long long i, long long n) {
     if (!scan_.next_line()) scan_.refuse_end(item + (" " + std::to_string(i + 1)) + " of " + std::to_string(n));
   }
@@ -27,9 +28,9 @@ class TextValues {
   long long whole(const char* wanted) { return scan_.integer(wanted); }
   long long tag(const char* wanted) { return scan_.integer(wanted); }
   double real(const char* wanted) { return scan_.real(wanted); }
-  /// A number of items that the rest of the file has room for, with so many whole numbers, tags and reals each.
+  /// A number of items with this many integers, tags and reals each; refused if the rest of the file cannot hold them.
   long long count(const char* wanted, int wholes, int tags, int reals) {
-    return scan_.count(wanted, 2 * (wholes + tags + reals));  // a digit and what follows it
+    return scan_.count(wanted, 2 * (wholes + tags + reals));  // a digit and a separator
   }
   [[noreturn]] void refuse_here(const std::string& found, const std::string& allowed) const {
     scan_.refuse_here(found, allowed);
@@ -41,7 +42,7 @@ class TextValues {
 
 class ByteValues {
  public:
-  /// `tag_bytes`: of counts and of the numbers of nodes and elements in version 4.1, 4 or 8.
+  /// `tag_bytes` is the size of counts and of the numbers of nodes and elements in version 4.1: 4 or 8.
   ByteValues(const std::string& file, std::string_view data, std::size_t start, std::endian order,
              std::size_t tag_bytes)
       : file_(file), scan_(file, data, start, order), tag_bytes_(tag_bytes), value_at_(start) {}
@@ -68,7 +69,7 @@ class ByteValues {
     const auto most = static_cast<long long>(scan_.bytes_left() / each);
     if (count > most)
       refuse_here(std::to_string(count) + " as " + wanted,
-                  "0 to " + std::to_string(most) + ", for which the rest of the file has room");
+                  "0 to " + std::to_string(most) + ", as many as the rest of the file can hold");
     return count;
   }
   [[noreturn]] void refuse_here(const std::string& found, const std::string& allowed) const {
@@ -89,7 +90,7 @@ class ByteValues {
   std::string file_;
   ByteScanner scan_;
   std::size_t tag_bytes_, value_at_;
-  const char* item_ = nullptr;  // that is being read, the index-th of so many
+  const char* item_ = nullptr;  // kind of the item that is being read, which is item index_ of of_
   long long index_ = 0, of_ = 0;
 };
 

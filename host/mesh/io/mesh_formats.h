@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The readers behind read_mesh, one per format. `file` names the input in messages, `data` is its whole content.
+// Readers of mesh formats, used by read_mesh(). `file` names the input in messages, `data` is its whole content.
 #pragma once
 #include <string>
 #include <string_view>

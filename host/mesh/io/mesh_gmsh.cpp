@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Gmsh's .msh, ASCII and binary, versions 2.2 and 4.1: triangles, quads and tetrahedra of first order. Points keep the
-// file's order; its numbers for them may be any. Sections that say nothing about the shape are skipped.
+// Reader of Gmsh's .msh files, ASCII and binary, versions 2.2 and 4.1, with triangles, quads and tetrahedra of first
+// order. Points keep the order of the file, in which their numbers are arbitrary. Sections without geometry are
+// skipped.
 #include <bit>
 #include <cstdint>
 #include <optional>
@@ -69,18 +70,21 @@ class GmshReader {
     require_end("MeshFormat");
   }
 
-  /// A binary file says its order by a 1.
+  /// Finds the byte order of a binary file, which is given by the integer 1.
   void read_order() {
     const std::size_t at = scan_.offset();
-    scan_.go_on_at(at);
-    if (data_.size() - at < 4) scan_.refuse_end("a 1 in four bytes, which tells their order");
+    scan_.seek(at);
+    if (data_.size() - at < 4) scan_.refuse_end("the integer 1 in four bytes, which gives the byte order");
     for (const std::endian order : {std::endian::little, std::endian::big})
       if (ByteScanner(file_, data_, at, order).get<std::int32_t>() == 1) order_ = order;
-    if (!order_) scan_.refuse_here("four bytes that are no 1 in either order", "a 1, which tells the order of bytes");
-    scan_.go_on_at(at + 4);
+    if (!order_)
+      scan_.refuse_here("four bytes that are not the integer 1 in either byte order",
+                        "the integer 1, which gives the byte order");
+    scan_.seek(at + 4);
   }
 
-  /// Version 2.2: the number of items as text, then one a line; in bytes all nodes, and elements in blocks of a type.
+  /// Version 2.2 has the number of items as text, then one item per line; in binary all nodes, and elements in blocks
+  /// of one type.
   void read_nodes_2() {
     line("the number of nodes");
     const long long n = scan_.count("the number of nodes", order_ ? 28 : 8);
@@ -102,12 +106,12 @@ class GmshReader {
         values.begin("element", i, n);
         if (!order_) values.whole("the number of an element");
         const int type = read_type(values);
-        const long long alike = order_ ? values.whole("the number of elements alike") : 1;
-        if (alike < 1 || alike > n - i)
-          values.refuse_here(std::to_string(alike) + " elements alike", "1 to " + std::to_string(n - i));
+        const long long in_block = order_ ? values.whole("the number of elements in a block") : 1;
+        if (in_block < 1 || in_block > n - i)
+          values.refuse_here(std::to_string(in_block) + " elements in a block", "1 to " + std::to_string(n - i));
         const long long tags = values.whole("the number of tags");
         if (tags < 0) values.refuse_here(std::to_string(tags) + " tags", "0 or more");
-        for (const long long end = i + alike; i < end; ++i) {
+        for (const long long end = i + in_block; i < end; ++i) {
           if (order_) values.begin("element", i, n), values.whole("the number of an element");
           for (long long k = 0; k < tags; ++k) values.whole("a tag");
           read_corners(values, type, [&] { return values.whole("a corner"); });
@@ -116,7 +120,8 @@ class GmshReader {
     });
   }
 
-  /// Version 4.1: blocks of items of one geometric entity; of nodes first the numbers, then the places.
+  /// Version 4.1 has blocks of items of one geometric entity; blocks of nodes have first the numbers, then the
+  /// positions.
   template <class Values>
   void read_nodes_4(Values& values) {
     const auto [blocks, n] = read_totals(values, "nodes");
@@ -127,7 +132,8 @@ class GmshReader {
       const long long dimension = values.whole("the dimension of an entity");
       values.whole("the number of an entity");
       const long long parametric = values.whole("0 or 1 (parametric)");
-      if (dimension < 0 || dimension > 3) values.refuse_here("an entity of another dimension", "0 to 3");
+      if (dimension < 0 || dimension > 3)
+        values.refuse_here("an entity of dimension " + std::to_string(dimension), "0 to 3");
       if (parametric != 0 && parametric != 1)
         values.refuse_here(std::to_string(parametric) + " as parametric", "0 or 1");
       const long long size = values.count("the number of nodes in the block", 0, 1, 3);
@@ -213,7 +219,7 @@ class GmshReader {
     mesh_.points.push_back({values.real("x"), values.real("y"), values.real("z")});
   }
 
-  /// The values that come next, in text or in bytes.
+  /// Calls read() with a reader of the next values, in text or in binary.
   template <class Read>
   void with_values(Read&& read) {
     if (!order_) {
@@ -222,7 +228,7 @@ class GmshReader {
     }
     gmsh::ByteValues values(file_, data_, scan_.offset(), *order_, tag_bytes_);
     read(values);
-    scan_.go_on_at(values.offset());
+    scan_.seek(values.offset());
   }
 
   void line(const std::string& wanted) {
@@ -240,14 +246,14 @@ class GmshReader {
       line(end);
     } while (scan_.word("") != end);
   }
-  /// In a binary file: to the first line that is this word.
+  /// Skips a binary file up to and including the first line that consists of this word.
   void skip_bytes_to(const std::string& end) {
     for (std::size_t at = scan_.offset(); (at = data_.find(end, at)) != data_.npos; ++at) {
-      const std::size_t behind = at + end.size();
-      if (data_[at - 1] != '\n' || (behind < data_.size() && data_[behind] != '\n' && data_[behind] != '\r')) continue;
-      return scan_.go_on_at(behind);
+      const std::size_t after = at + end.size();
+      if (data_[at - 1] != '\n' || (after < data_.size() && data_[after] != '\n' && data_[after] != '\r')) continue;
+      return scan_.seek(after);
     }
-    scan_.go_on_at(data_.size());
+    scan_.seek(data_.size());
     scan_.refuse_end(end);
   }
 
@@ -257,8 +263,8 @@ class GmshReader {
   Mesh mesh_;
   std::unordered_map<long long, int> index_of_;
   int version_ = 2;
-  std::optional<std::endian> order_;  // of a binary file
-  std::size_t tag_bytes_ = 8;         // there
+  std::optional<std::endian> order_;  // byte order of a binary file; none: ASCII
+  std::size_t tag_bytes_ = 8;         // size of tags in a binary file
 };
 
 }  // namespace

@@ -12,7 +12,7 @@
 namespace malha {
 namespace {
 
-// Four sides to a face must still be countable in an int.
+// The sides of all faces, four for each, must be countable in an int.
 constexpr std::size_t most_items = std::size_t{1} << 28;
 
 std::string load(const std::string& path) { return read_input(path, "a readable mesh file"); }
@@ -23,7 +23,7 @@ void require_countable(const std::string& path, std::size_t count, const char* i
   }
 }
 
-/// Of TetGen's pair of files, from the path of either or without extension.
+/// Reads TetGen's pair of files, given the path of either or their path without extension.
 Mesh read_pair(const std::string& path) {
   std::filesystem::path node(path), ele(path);
   const std::string extension = node.extension().string();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Meshes from files.
+// Reading of mesh files.
 #pragma once
 #include <string>
 
@@ -7,17 +7,17 @@
 
 namespace malha {
 
-/// Reads a mesh by its extension, whatever its case: OBJ, PLY (ascii and both binary orders), OFF, STL (ascii, binary),
-/// and with tetrahedra Medit's .mesh and Gmsh's .msh (2.2 and 4.1, ASCII and both binary orders), which may hold a
-/// surface instead, and TetGen's .node and .ele, by the path of either or by what they have in common. A mesh with
-/// tetrahedra has their surface as faces, see host/mesh/tetrahedra.h. Points keep the file's order, faces too; quads
-/// stay quads, polygons of five and more corners are triangulated in their best plane (host/mesh/polygons.h), and faces
-/// that cross themselves are refused. STL names no shared points: corners at exactly the same place become one, in the
-/// order of first appearance. Indices are checked; geometry is not (see host/mesh/check_mesh.h). Throws InputError
-/// naming the file, the line and column (or byte), what was found and what is allowed.
+/// Reads a mesh file by its extension in upper or lower case: OBJ, PLY (ascii and both binary orders), OFF and STL
+/// (ascii, binary); and with tetrahedra or a surface Medit's .mesh and Gmsh's .msh (2.2 and 4.1, ASCII and both binary
+/// orders); and TetGen's .node and .ele, by the path of either or their path without extension. The faces of a mesh
+/// with tetrahedra are their surface, see host/mesh/tetrahedra.h. Points and faces keep the order of the file. Quads
+/// stay quads; polygons of five and more corners are triangulated in their best-fit plane (host/mesh/polygons.h); faces
+/// that cross themselves are refused. STL files have no shared points: corners with exactly the same position become
+/// one point, in the order of first appearance. Indices are checked, the geometry is not (see host/mesh/check_mesh.h).
+/// Throws InputError, which names the file, the line and column (or byte), what was found and what is allowed.
 Mesh read_mesh(const std::string& path);
 
-/// Whether the path has the extension of a format that read_mesh reads.
+/// True if the path has the extension of a format that read_mesh() reads.
 bool is_mesh_file(const std::string& path);
 
 }  // namespace malha

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Medit's .mesh (INRIA): keywords, each with a count and as many items; words and numbers are separated by blanks or
-// line ends. Indices start at 1, and every item ends with a reference that says nothing about its shape.
+// Reader of Medit's .mesh files (INRIA). They consist of keywords, each with a count and that number of items; words
+// and numbers are separated by blanks or line ends. Indices start at 1, and every item ends with a reference, which is
+// ignored.
 #include <algorithm>
 #include <string>
 
@@ -12,7 +13,7 @@ namespace {
 
 struct Skipped {
   std::string_view keyword;
-  int words;  // of an item
+  int words;  // number of words of an item
 };
 constexpr Skipped skipped[] = {{"Edges", 3},
                                {"Corners", 1},
@@ -74,8 +75,8 @@ class MeditReader {
     const auto known = std::ranges::find(skipped, keyword, &Skipped::keyword);
     if (known == std::end(skipped))
       scan_.refuse_word(keyword,
-                        "Vertices, Tetrahedra, Triangles, Quadrilaterals, End, or what says nothing about them "
-                        "(Edges, Corners, Ridges, Required..., Normals ...)");
+                        "Vertices, Tetrahedra, Triangles, Quadrilaterals, End, or an ignored keyword (Edges, Corners, "
+                        "Ridges, Required..., Normals ...)");
     const long long items = count("their number", 2 * known->words);
     for (long long i = 0; i < items * known->words; ++i) {
       if (!scan_.find_word()) scan_.refuse_end("the rest of " + std::string(known->keyword));
@@ -108,8 +109,9 @@ class MeditReader {
         find(what, i, items);
         const long long index = scan_.integer("a corner");
         if (index < 1 || index > points)
-          scan_.refuse_here("vertex " + std::to_string(index),
-                            points > 0 ? "1 to " + std::to_string(points) : "Vertices before what they are corners of");
+          scan_.refuse_here("vertex " + std::to_string(index), points > 0
+                                                                   ? "1 to " + std::to_string(points)
+                                                                   : "Vertices before the elements that use them");
         item[k] = static_cast<int>(index - 1);
       }
       find(what, i, items);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Wavefront OBJ: polygonal geometry only. Read here rather than by tinyobjloader, which turns malformed and non-finite
-// numbers into 0 without a word, drops faces of two corners, and knows no line numbers.
+// Reader of Wavefront OBJ files, polygonal geometry only. It is used instead of tinyobjloader, which silently turns
+// malformed and non-finite numbers into 0, drops faces of two corners, and reports no line numbers.
 #include <algorithm>
 #include <array>
 #include <string>
@@ -12,7 +12,7 @@
 namespace malha {
 namespace {
 
-// Lines that say nothing about points, faces and lines.
+// Keywords of lines without points, faces and lines.
 constexpr std::array ignored{"vt",        "vn",     "vp",     "p",      "g",        "o",
                              "s",         "mg",     "usemtl", "mtllib", "lod",      "shadow_obj",
                              "trace_obj", "usemap", "maplib", "bevel",  "c_interp", "d_interp"};
@@ -34,10 +34,10 @@ class ObjReader {
         read_corners("a line of two or more corners", 2);
         for (std::size_t i = 1; i < corners_.size(); ++i) mesh_.lines.push_back({corners_[i - 1], corners_[i]});
       } else if (std::ranges::find(ignored, keyword) == ignored.end()) {
-        scan_.refuse_word(keyword, "v, f, l, or what says nothing about them (vt, vn, g, o, s, usemtl ...)");
+        scan_.refuse_word(keyword, "v, f, l, or an ignored keyword (vt, vn, g, o, s, usemtl ...)");
       }
     }
-    // A positive index may point ahead, so it can be judged only now.
+    // A positive index may refer to a later vertex, so that it can be checked only at the end.
     if (largest_ > count()) furthest_.refuse_here("vertex " + std::to_string(largest_), allowed_indices());
     faces_.append_to(mesh_, file_);
     return std::move(mesh_);
@@ -48,8 +48,7 @@ class ObjReader {
 
   std::string allowed_indices() const {
     const std::string n = std::to_string(mesh_.points.size());
-    return n == "0" ? "an index of one of the file's vertices, of which there are none"
-                    : "1 to " + n + " or -" + n + " to -1";
+    return n == "0" ? "no index, because the file has no vertices" : "1 to " + n + " or -" + n + " to -1";
   }
 
   void read_corners(const char* wanted, std::size_t fewest) {
@@ -57,7 +56,7 @@ class ObjReader {
     while (scan_.has_word() || corners_.size() < fewest) corners_.push_back(corner(scan_.word(wanted)));
   }
 
-  // "7", "7/1", "7//3" or "7/1/3": only the first number, the point's, is of interest.
+  // A corner is "7", "7/1", "7//3" or "7/1/3"; only the first number, that of the point, is used.
   int corner(std::string_view text) {
     long long index = 0;
     if (!to_integer(text.substr(0, text.find('/')), index)) {
@@ -74,7 +73,7 @@ class ObjReader {
 
   std::string file_;
   TextScanner scan_;
-  TextScanner furthest_{"", ""};  // where the largest index so far stands, if it points ahead
+  TextScanner furthest_{"", ""};  // position in the text of the largest index so far, if it refers to a later vertex
   Mesh mesh_;
   PolygonList faces_;
   std::vector<int> corners_;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// OFF (Geomview): [ST][C][N]OFF, counts, a vertex a line, a face a line. Normals, colours and texture places are
-// skipped.
+// Reader of OFF files (Geomview): [ST][C][N]OFF, counts, one vertex per line, one face per line. Normals, colours and
+// texture coordinates are skipped.
 #include <string>
 
 #include "host/mesh/io/mesh_formats.h"
@@ -10,7 +10,7 @@
 namespace malha {
 namespace {
 
-// Whether the header says that more than x y z stands on a vertex line; refuses what is no OFF header.
+// Reads the header. Returns true if the lines of vertices have more than x y z.
 bool read_header(TextScanner& scan) {
   if (!scan.next_line()) scan.refuse_end("a header: OFF, COFF or NOFF");
   const std::string_view header = scan.word("");
@@ -24,11 +24,11 @@ bool read_header(TextScanner& scan) {
 
 long long read_count(TextScanner& scan, const char* wanted, long long bytes_each) {
   const long long count = scan.integer(wanted);
-  // Checked before any allocation: the text that is left must have room for what is announced.
+  // This is checked before any allocation: the rest of the text must be able to hold the announced items.
   const long long most = (static_cast<long long>(scan.bytes_left()) + 1) / bytes_each;
   if (count < 0 || count > most) {
     scan.refuse_here(std::to_string(count) + " as " + wanted,
-                     "0 to " + std::to_string(most) + ", for which the rest of the file has room");
+                     "0 to " + std::to_string(most) + ", as many as the rest of the file can hold");
   }
   return count;
 }
@@ -70,7 +70,7 @@ Mesh read_off(const std::string& file, std::string_view data) {
   }
   if (scan.next_line()) {
     scan.word("");
-    scan.refuse_here("a line after the last face", "as many lines as the counts say");
+    scan.refuse_here("a line after the last face", "as many lines as the header announces");
   }
   polygons.append_to(mesh, file);
   return mesh;

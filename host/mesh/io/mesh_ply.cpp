@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// PLY (Stanford): ascii, binary_little_endian, binary_big_endian. Elements other than vertex and face, and properties
-// other than x, y, z and the corners, are skipped whatever their types.
+// Reader of PLY files (Stanford): ascii, binary_little_endian, binary_big_endian. Elements other than vertex and face,
+// and properties other than x, y, z and the corners, are skipped.
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -16,7 +16,7 @@ namespace malha {
 namespace ply {
 namespace {
 
-// The vertex, face or other item that is being read.
+// The item that is being read, such as a vertex or a face.
 struct Item {
   const Element* element = nullptr;
   long long index = 0;
@@ -26,14 +26,14 @@ struct Item {
   }
 };
 
-// Values of an ascii body: an item a line.
+// Values of an ascii body, which has one item per line.
 class AsciiValues {
  public:
   explicit AsciiValues(const TextScanner& scan) : scan_(scan) {}
 
   std::size_t line() const { return scan_.line(); }
-  std::size_t bytes_left() const { return scan_.bytes_left() + 1; }  // the last line may lack its end
-  static std::size_t bytes_of(Type) { return 2; }                    // a digit and a blank
+  std::size_t bytes_left() const { return scan_.bytes_left() + 1; }  // the last line may have no line end
+  static std::size_t bytes_of(Type) { return 2; }                    // a digit and a separator
   void begin(const Item& item) {
     if (!scan_.next_line()) scan_.refuse_end(item.text());
   }
@@ -135,15 +135,15 @@ void read_corners(Values& values, const Property& property, long long vertices, 
   }
 }
 
-// Checked before any allocation: what is left must have room for what the header announces.
+// Refuses an element that the rest of the file cannot hold. This is checked before any allocation.
 template <class Values>
-void require_room(const std::string& file, const Element& element, const Values& values) {
+void require_capacity(const std::string& file, const Element& element, const Values& values) {
   std::size_t each = 0;
   for (const Property& property : element.properties) each += values.bytes_of(property.count.value_or(property.type));
   const std::size_t most = values.bytes_left() / std::max<std::size_t>(each, 1);
   if (static_cast<unsigned long long>(element.count) > most) {
     refuse(file, element.place, std::to_string(element.count) + " items of element " + malha::quoted(element.name),
-           "at most " + std::to_string(most) + ", for which the rest of the file has room");
+           "at most " + std::to_string(most) + ", as many as the rest of the file can hold");
   }
 }
 
@@ -153,7 +153,7 @@ Mesh read_body(const std::string& file, const Header& header, Values values) {
   PolygonList polygons;
   std::vector<int> face;
   for (const Element& element : header.elements) {
-    require_room(file, element, values);
+    require_capacity(file, element, values);
     if (element.has(0)) mesh.points.reserve(static_cast<std::size_t>(element.count));
     if (element.has(corners)) polygons.reserve(static_cast<std::size_t>(element.count));
     for (long long i = 0; i < element.count; ++i) {
@@ -174,7 +174,7 @@ Mesh read_body(const std::string& file, const Header& header, Values values) {
       values.end();
     }
   }
-  if (!values.at_end()) values.refuse_value("more after the last item", "as many items as the header says");
+  if (!values.at_end()) values.refuse_value("data after the last item", "as many items as the header says");
   polygons.append_to(mesh, file);
   return mesh;
 }

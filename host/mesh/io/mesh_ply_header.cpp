@@ -17,7 +17,7 @@ constexpr TypeName type_names[] = {
     {"int", Type::Int32},     {"int32", Type::Int32},     {"uint", Type::Uint32},    {"uint32", Type::Uint32},
     {"float", Type::Float32}, {"float32", Type::Float32}, {"double", Type::Float64}, {"float64", Type::Float64}};
 
-bool is_whole(Type type) { return type != Type::Float32 && type != Type::Float64; }
+bool is_integer(Type type) { return type != Type::Float32 && type != Type::Float64; }
 
 Type read_type(TextScanner& scan) {
   const std::string_view name = scan.word("a type");
@@ -34,7 +34,7 @@ int role_of(const std::string& element, const Property& property) {
     return axis == std::string_view::npos ? skipped : static_cast<int>(axis);
   }
   const bool is_corners = property.name == "vertex_indices" || property.name == "vertex_index";
-  return element == "face" && property.count && is_whole(property.type) && is_corners ? corners : skipped;
+  return element == "face" && property.count && is_integer(property.type) && is_corners ? corners : skipped;
 }
 
 Property read_property(TextScanner& scan, const std::string& element) {
@@ -42,7 +42,8 @@ Property read_property(TextScanner& scan, const std::string& element) {
   if (TextScanner(scan).word("a type") == "list") {
     scan.word("");
     property.count = read_type(scan);
-    if (!is_whole(*property.count)) scan.refuse_here("a list counted in fractions", "a list counted in a whole type");
+    if (!is_integer(*property.count))
+      scan.refuse_here("a list with a count of a floating-point type", "a count of an integer type");
   }
   property.type = read_type(scan);
   property.name = scan.word("a name");
@@ -50,7 +51,7 @@ Property read_property(TextScanner& scan, const std::string& element) {
   return property;
 }
 
-// One vertex element with x, y, z; at most one face element, with corners.
+// Refuses headers other than those with one vertex element with x, y, z and at most one face element with corners.
 void require_elements(const std::string& file, const TextScanner& scan, Header& header) {
   for (const char* name : {"vertex", "face"}) {
     const auto matches = std::ranges::count(header.elements, std::string_view(name), &Element::name);
@@ -65,7 +66,7 @@ void require_elements(const std::string& file, const TextScanner& scan, Header& 
   const auto face = std::ranges::find(header.elements, std::string_view("face"), &Element::name);
   if (face != header.elements.end() && !face->has(corners)) {
     refuse(file, face->place, "an element \"face\" without corners",
-           "a list vertex_indices (or vertex_index) of a whole type");
+           "a list vertex_indices (or vertex_index) of an integer type");
   }
 }
 

@@ -16,7 +16,7 @@ std::string_view without_plus(std::string_view word) {
   return word.size() > 1 && word[0] == '+' && word[1] != '-' ? word.substr(1) : word;
 }
 
-// The whole of `word` as a number; false where it is not one.
+// Parses the whole word as a number. Returns false if it is not one.
 template <class Number>
 bool parse(std::string_view word, Number& value) {
   word = without_plus(word);
@@ -31,10 +31,10 @@ bool to_integer(std::string_view word, long long& value) { return parse(word, va
 
 TextScanner::TextScanner(const std::string& file, std::string_view text, char comment, bool continues)
     : file_(file), text_(text), comment_(comment), continues_(continues) {
-  if (text_.starts_with("\xEF\xBB\xBF")) next_ = 3;  // a byte order mark would hide the first word
+  if (text_.starts_with("\xEF\xBB\xBF")) next_ = 3;  // skip a byte order mark
 }
 
-void TextScanner::take_line() {
+void TextScanner::read_line() {
   ++line_;
   line_start_ = word_start_ = word_end_ = line_end_ = next_;
   while (next_ < text_.size() && text_[next_] != '\n' && text_[next_] != '\r') ++next_;
@@ -48,15 +48,15 @@ void TextScanner::take_line() {
     const std::size_t cut = text_.substr(line_start_, line_end_ - line_start_).find(comment_);
     if (cut != std::string_view::npos) line_end_ = line_start_ + cut;
   }
-  goes_on_ = continues_ && line_end_ > line_start_ && text_[line_end_ - 1] == '\\';
-  if (goes_on_) --line_end_;
+  continued_ = continues_ && line_end_ > line_start_ && text_[line_end_ - 1] == '\\';
+  if (continued_) --line_end_;
 }
 
 bool TextScanner::next_line() {
-  // What is left of a line that goes on belongs to it, whoever has not read it.
-  while (goes_on_ && next_ < text_.size()) take_line();
+  // Skip the unread rest of a continued line.
+  while (continued_ && next_ < text_.size()) read_line();
   while (next_ < text_.size()) {
-    take_line();
+    read_line();
     if (has_word()) return true;
   }
   return false;
@@ -72,8 +72,8 @@ bool TextScanner::has_word() {
     std::size_t at = word_end_;
     while (at < line_end_ && is_blank(text_[at])) ++at;
     if (at < line_end_) return true;
-    if (!goes_on_ || next_ >= text_.size()) return false;
-    take_line();
+    if (!continued_ || next_ >= text_.size()) return false;
+    read_line();
   }
 }
 
@@ -91,14 +91,14 @@ double TextScanner::real(const char* wanted) {
   const std::string_view text = word(wanted);
   double value = 0;
   if (!parse(text, value) || !std::isfinite(value))
-    refuse_word(text, std::string(wanted) + ", a finite number that a double holds");
+    refuse_word(text, std::string(wanted) + ", a finite number in the range of double");
   return value;
 }
 
 long long TextScanner::integer(const char* wanted) {
   const std::string_view text = word(wanted);
   long long value = 0;
-  if (!to_integer(text, value)) refuse_word(text, std::string(wanted) + ", a whole number");
+  if (!to_integer(text, value)) refuse_word(text, std::string(wanted) + ", an integer");
   return value;
 }
 
@@ -107,7 +107,7 @@ long long TextScanner::count(const char* wanted, long long bytes_each) {
   const long long most = (static_cast<long long>(text_.size() - word_end_) + 1) / bytes_each;
   if (count < 0 || count > most) {
     refuse_here(std::to_string(count) + " as " + wanted,
-                "0 to " + std::to_string(most) + ", for which the rest of the file has room");
+                "0 to " + std::to_string(most) + ", as many as the rest of the file can hold");
   }
   return count;
 }
@@ -116,9 +116,9 @@ void TextScanner::require_end_of_line(const std::string& what) {
   if (has_word()) refuse_word(word(""), what + " and then the end of the line");
 }
 
-void TextScanner::go_on_at(std::size_t byte) {
+void TextScanner::seek(std::size_t byte) {
   next_ = line_start_ = line_end_ = word_start_ = word_end_ = byte;
-  goes_on_ = false, in_bytes_ = true;
+  continued_ = false, in_bytes_ = true;
 }
 
 std::string TextScanner::place() const {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// STL, ascii and binary. Triangles with their own three corners each: those at exactly the same place become one point.
+// Reader of STL files, ascii and binary. Their triangles have three corners of their own each; corners with exactly the
+// same position become one point.
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -16,7 +17,7 @@ namespace {
 
 constexpr std::size_t header_bytes = 84, triangle_bytes = 50;  // the header ends in the number of triangles
 
-/// A keyword in small letters. Some programs write it in capitals, or "end loop" in two words.
+/// Reads a keyword in lower case. Some programs write it in upper case, or "end loop" as two words.
 std::string read_keyword(TextScanner& scan, const char* wanted) {
   std::string keyword = lower(std::string(scan.word(wanted)));
   if (keyword == "end" && scan.has_word()) keyword += lower(std::string(scan.word(wanted)));
@@ -39,7 +40,7 @@ std::vector<Vec3> ascii_corners(const std::string& file, std::string_view data) 
     const std::string keyword = read_keyword(scan, "");
     if (keyword == (inside ? "endsolid" : "solid")) {
       inside = !inside;
-    } else if (inside && keyword == "facet") {  // its normal follows: the order of the corners says the same
+    } else if (inside && keyword == "facet") {  // the normal that follows is redundant
       expect_line(scan, {"outer", "loop"});
       for (int k = 0; k < 3; ++k) {
         expect_line(scan, {"vertex"});
@@ -62,9 +63,8 @@ std::vector<Vec3> binary_corners(const std::string& file, std::string_view data)
   scan.skip(header_bytes - 4);
   const std::size_t count = scan.get<std::uint32_t>();
   if (data.size() != header_bytes + count * triangle_bytes) {
-    refuse(file, "byte 80",
-           std::to_string(count) + " triangles announced in a file of " + std::to_string(data.size()) + " bytes",
-           std::to_string(header_bytes + count * triangle_bytes) + " bytes for so many");
+    refuse(file, "byte 80", std::to_string(count) + " triangles in a file of " + std::to_string(data.size()) + " bytes",
+           std::to_string(header_bytes + count * triangle_bytes) + " bytes for this number");
   }
   std::vector<Vec3> corners;
   corners.reserve(3 * count);
@@ -85,7 +85,7 @@ std::vector<Vec3> binary_corners(const std::string& file, std::string_view data)
   return corners;
 }
 
-// Binary files may start with "solid" too; then their size, or a zero byte, gives them away.
+// Binary files may start with "solid" too; then their size, or a zero byte, shows that they are binary.
 bool is_ascii(std::string_view data) {
   TextScanner start("", data.substr(0, header_bytes));
   if (!start.next_line() || lower(std::string(start.word(""))) != "solid") return false;
@@ -99,7 +99,7 @@ bool is_ascii(std::string_view data) {
 
 Mesh read_stl(const std::string& file, std::string_view data) {
   const std::vector<Vec3> corners = is_ascii(data) ? ascii_corners(file, data) : binary_corners(file, data);
-  const std::vector<int> first = first_at_same_place(corners);
+  const std::vector<int> first = first_at_same_position(corners);
   Mesh mesh;
   std::vector<int> point(corners.size());
   for (std::size_t i = 0; i < corners.size(); ++i) {

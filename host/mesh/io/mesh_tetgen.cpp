@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// TetGen: STEM.node (points) and STEM.ele (tetrahedra). Items are numbered from 0 or from 1, as the first point says;
-// attributes and boundary markers are skipped.
+// Reader of TetGen files: STEM.node (points) and STEM.ele (tetrahedra). Items are numbered from 0 or from 1, like the
+// first point; attributes and boundary markers are skipped.
 #include <string>
 
 #include "host/mesh/io/mesh_formats.h"
@@ -9,7 +9,7 @@
 namespace malha {
 namespace {
 
-/// The next line, which begins with the number of item i of n: base + i.
+/// Advances to the next line, which must begin with the number of item i of n: base + i.
 void next_item(TextScanner& scan, const char* item, long long base, long long i, long long n) {
   if (!scan.next_line())
     scan.refuse_end(item + (" " + std::to_string(base + i)) + ", as there are " + std::to_string(n));
@@ -19,12 +19,13 @@ void next_item(TextScanner& scan, const char* item, long long base, long long i,
                      std::to_string(base + i) + ": numbers in order, from " + std::to_string(base));
 }
 
-/// Words that the header announces: `numbers` whole or real ones.
+/// Skips this many numbers.
 void skip(TextScanner& scan, long long numbers, const char* what) {
   for (long long i = 0; i < numbers; ++i) scan.real(what);
 }
 
-long long small(TextScanner& scan, const char* wanted, long long most, long long missing) {
+/// Reads an integer in [0, most], or returns `missing` at the end of the line.
+long long small_integer(TextScanner& scan, const char* wanted, long long most, long long missing) {
   if (!scan.has_word()) return missing;
   const long long value = scan.integer(wanted);
   if (value < 0 || value > most)
@@ -41,10 +42,10 @@ Mesh read_tetgen(const std::string& node_file, std::string_view node_data, const
   TextScanner node(node_file, node_data, '#');
   if (!node.next_line()) node.refuse_end("the number of points");
   const long long points = node.count("the number of points", 8);  // "0 0 0 0\n"
-  const long long dimension = small(node, "the dimension", 3, 3);
+  const long long dimension = small_integer(node, "the dimension", 3, 3);
   if (dimension != 3) node.refuse_here(std::to_string(dimension) + " as the dimension", "3");
-  const long long attributes = small(node, "the number of attributes", most_attributes, 0);
-  const long long markers = small(node, "the number of boundary markers", 1, 0);
+  const long long attributes = small_integer(node, "the number of attributes", most_attributes, 0);
+  const long long markers = small_integer(node, "the number of boundary markers", 1, 0);
   node.require_end_of_line("the numbers of points, dimensions, attributes and markers");
   long long base = 0;
   mesh.points.reserve(static_cast<std::size_t>(points));
@@ -67,10 +68,10 @@ Mesh read_tetgen(const std::string& node_file, std::string_view node_data, const
   TextScanner ele(ele_file, ele_data, '#');
   if (!ele.next_line()) ele.refuse_end("the number of tetrahedra");
   const long long count = ele.count("the number of tetrahedra", 10);  // "0 0 1 2 3\n"
-  const long long corners = small(ele, "the number of corners", 10, 4);
+  const long long corners = small_integer(ele, "the number of corners", 10, 4);
   if (corners != 4)
     ele.refuse_here("tetrahedra of " + std::to_string(corners) + " points", "4 (of first order: tetgen without -o2)");
-  const long long regions = small(ele, "the number of attributes", most_attributes, 0);
+  const long long regions = small_integer(ele, "the number of attributes", most_attributes, 0);
   ele.require_end_of_line("the numbers of tetrahedra, corners and attributes");
   mesh.tetrahedra.reserve(static_cast<std::size_t>(count));
   for (long long i = 0; i < count; ++i) {

@@ -6,20 +6,20 @@
 
 namespace malha {
 
-int UsedColours::lowest_free(const int* places, int count) const {
+int UsedColours::lowest_free(const int* nodes, int count) const {
   int colour = 0;
   for (const auto& word : words_) {
     std::uint64_t used = 0;
-    for (int j = 0; j < count; ++j) used |= word[places[j]];
+    for (int j = 0; j < count; ++j) used |= word[nodes[j]];
     if (~used != 0) return colour + std::countr_one(used);
     colour += 64;
   }
   return colour;
 }
 
-void UsedColours::use(int colour, const int* places, int count) {
+void UsedColours::use(int colour, const int* nodes, int count) {
   while (words_.size() <= static_cast<std::size_t>(colour / 64)) words_.emplace_back(words_[0].size(), 0);
-  for (int j = 0; j < count; ++j) words_[colour / 64][places[j]] |= std::uint64_t{1} << (colour % 64);
+  for (int j = 0; j < count; ++j) words_[colour / 64][nodes[j]] |= std::uint64_t{1} << (colour % 64);
 }
 
 Colouring colour(const std::vector<int>& particles, int arity, const std::vector<bool>& pinned) {

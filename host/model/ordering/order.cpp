@@ -15,7 +15,7 @@ namespace malha {
 
 namespace {
 
-/// Spreads the lower 21 bits of a so that two zero bits follow each.
+/// Spreads the lower 21 bits of a, so that two zero bits follow each of them.
 std::uint64_t spread(std::uint64_t a) {
   a &= 0x1fffff;
   a = (a | a << 32) & 0x1f00000000ffff;
@@ -25,7 +25,8 @@ std::uint64_t spread(std::uint64_t a) {
   return (a | a << 2) & 0x1249249249249249;
 }
 
-/// Within the bounding box of each component: a body's order does not depend on the others. `sorted`: by component.
+/// Morton codes within the bounding box of each component, so that the order of a body does not depend on the others.
+/// `sorted` are the particles by component.
 std::vector<std::uint64_t> morton_codes(const std::vector<Vec3>& points, const std::vector<int>& component,
                                         const std::vector<int>& sorted) {
   std::vector<std::uint64_t> codes(points.size());
@@ -40,21 +41,22 @@ std::vector<std::uint64_t> morton_codes(const std::vector<Vec3>& points, const s
   return codes;
 }
 
-/// Per component, how far apart neighbours lie in memory, in particles, summed over the edges.
-std::vector<double> spreads(const std::vector<int>& position, const std::vector<int>& component, int components,
-                            const std::vector<Edge>& edges) {
+/// The distance in memory between neighbours, in particles, summed over the edges of each component.
+std::vector<double> edge_distances(const std::vector<int>& position, const std::vector<int>& component, int components,
+                                   const std::vector<Edge>& edges) {
   std::vector<double> sum(components, 0);
   for (const Edge& e : edges) sum[component[e[0]]] += std::abs(position[e[0]] - position[e[1]]);
   return sum;
 }
 
-constexpr int kWidest = 160;  // columns of a band: a dozen rows of it fit in a core's first cache
+constexpr int kMaxBandWidth = 160;  // columns: a dozen rows of a band fit into a core's L1 cache
 
-// Even, so that every second particle of a row is as many as of the next one; and those whole packs.
-constexpr int kEven = 32;
+// Bands are multiples of this wide: every second particle of a row then makes whole packs, and as many as of the next
+// row.
+constexpr int kBandMultiple = 32;
 
-/// The length of a row, if the particles of a component are numbered row by row: how far apart most neighbours lie that
-/// are not next to each other. 0: they are not.
+/// The length of a row if the particles of a component are numbered row by row: the most frequent distance in memory of
+/// neighbours that are not adjacent there. 0: they are not numbered like that.
 int row_length(const std::vector<int>& apart) {
   std::unordered_map<int, int> times;
   for (const int d : apart)
@@ -65,7 +67,7 @@ int row_length(const std::vector<int>& apart) {
   return 5 * static_cast<std::size_t>(most) >= apart.size() ? best : 0;
 }
 
-/// Wide sheets are cut into bands of columns, each row by row: then patches of several rows are short enough.
+/// Reorders wide sheets into bands of columns, each row by row, so that patches of several rows are small enough.
 void cut_into_bands(std::vector<int>& order, const std::vector<int>& component, int components,
                     const std::vector<Edge>& edges) {
   const std::vector<int> position = solver_of(order);
@@ -75,8 +77,9 @@ void cut_into_bands(std::vector<int>& order, const std::vector<int>& component, 
     const int c = component[order[begin]];
     while (end < order.size() && component[order[end]] == c) ++end;
     const int row = row_length(apart[c]);
-    if (row <= kWidest || static_cast<std::size_t>(row) > (end - begin) / 2) continue;
-    const int bands = (row + kWidest - 1) / kWidest, width = ((row + bands - 1) / bands + kEven - 1) / kEven * kEven;
+    if (row <= kMaxBandWidth || static_cast<std::size_t>(row) > (end - begin) / 2) continue;
+    const int bands = (row + kMaxBandWidth - 1) / kMaxBandWidth,
+              width = ((row + bands - 1) / bands + kBandMultiple - 1) / kBandMultiple * kBandMultiple;
     const auto band = [&](int i) { return (position[i] - static_cast<int>(begin)) % row / width; };
     std::stable_sort(order.begin() + begin, order.begin() + end, [&](int a, int b) { return band(a) < band(b); });
   }
@@ -96,9 +99,9 @@ std::vector<int> solver_order(const std::vector<Vec3>& points, const std::vector
     return component[a] != component[b] ? component[a] < component[b] : code[a] < code[b];
   });
 
-  const auto by_user = spreads(solver_of(user), component, components, edges);
-  const auto by_morton = spreads(solver_of(morton), component, components, edges);
-  // Both orders hold each component at the same place, so that the better one can be taken component by component.
+  const auto by_user = edge_distances(solver_of(user), component, components, edges);
+  const auto by_morton = edge_distances(solver_of(morton), component, components, edges);
+  // Each component has the same range in both orders, so that the better order can be chosen for each component.
   for (std::size_t i = 0; i < user.size(); ++i) {
     const int c = component[user[i]];
     if (4 * by_morton[c] < by_user[c]) user[i] = morton[i];

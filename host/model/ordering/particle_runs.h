@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Particles of groups, in pieces whose sums one launch finds.
+// Ranges of particles of groups such as bodies, for sums over all groups in one launch.
 #pragma once
 #include <vector>
 
@@ -7,14 +7,15 @@
 
 namespace malha {
 
-/// Runs of consecutive particles of one group. `group`: of each particle; below 0: of none, in no run.
+/// Ranges of consecutive particles of the same group. `group` is that of each particle; particles with a negative group
+/// are in no range.
 inline std::vector<ParticleRun> particle_runs(const std::vector<int>& group) {
-  constexpr int kMost = 1024;  // particles: few sums, and those of many bodies in one launch
+  constexpr int kMaxParticles = 1024;  // large enough for few partial sums, small enough for many blocks in a launch
   std::vector<ParticleRun> runs;
   for (int i = 0; i < static_cast<int>(group.size()); ++i) {
     if (group[i] < 0) continue;
     const bool follows = !runs.empty() && runs.back().group == group[i] && runs.back().first + runs.back().count == i;
-    if (!follows || runs.back().count == kMost) runs.push_back({i, 0, group[i]});
+    if (!follows || runs.back().count == kMaxParticles) runs.push_back({i, 0, group[i]});
     ++runs.back().count;
   }
   return runs;

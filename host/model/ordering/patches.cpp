@@ -15,11 +15,11 @@ namespace malha {
 namespace {
 
 constexpr int kSizes[] = {128, 192, 256, 384, 512, 768, 1024, 1536, 2048, 3072, 4096, 6144, 8192};
-constexpr int kEnough = 32;         // patches keep the threads of a CPU busy
-constexpr int kMostForeign = 4096;  // with its own and the padding, below what a LocalIndex can number
-constexpr int kPadding = 256;       // for what the memory of a patch holds beside its particles
+constexpr int kMinPatches = 32;    // keep the threads of a CPU busy
+constexpr int kMaxForeign = 4096;  // with a patch's own particles and the padding below the range of a LocalIndex
+constexpr int kPadding = 256;      // slots of a patch's memory that are not particles
 
-/// The lowest and the highest particle of every constraint of all sets.
+/// The lowest and the highest particle of each constraint of all sets.
 struct Spans {
   std::vector<int> low, high;
   explicit Spans(const std::vector<ConstraintSet>& sets) {
@@ -31,10 +31,10 @@ struct Spans {
   }
 };
 
-/// The smallest size at which few constraints cross from patch to patch: a tenth is eight rows of a sheet, and thinner
-/// strips converge worse.
+/// The smallest patch size at which few constraints cross patches. A tenth of them corresponds to eight rows of a
+/// sheet; thinner strips converge worse.
 int patch_size(const Spans& spans, int particles, const PatchBounds& bounds) {
-  const int least = std::max(bounds.min_particles, std::min(bounds.preferred_particles, particles / kEnough));
+  const int least = std::max(bounds.min_particles, std::min(bounds.preferred_particles, particles / kMinPatches));
   for (const int size : kSizes) {
     if (size < least || size > bounds.max_particles) continue;
     std::size_t crossing = 0;
@@ -44,16 +44,17 @@ int patch_size(const Spans& spans, int particles, const PatchBounds& bounds) {
   return bounds.max_particles;
 }
 
-std::vector<int> cuts(const Spans& spans, int particles, int size) {
+/// First particles of the patches, each at the fewest crossing constraints near a multiple of the patch size.
+std::vector<int> cut_positions(const Spans& spans, int particles, int size) {
   const int count = std::max(1, (particles + size / 2) / size);
-  std::vector<int> crossing(particles + 1, 0);  // constraints that a cut before this particle crosses
+  std::vector<int> crossing(particles + 1, 0);  // number of constraints that cross a cut before each particle
   for (std::size_t c = 0; c < spans.low.size(); ++c) ++crossing[spans.low[c] + 1], --crossing[spans.high[c] + 1];
   std::partial_sum(crossing.begin(), crossing.end(), crossing.begin());
   std::vector<int> begin{0};
   for (int k = 1; k < count; ++k) {
-    const int target = static_cast<int>(std::int64_t{particles} * k / count), reach = size / 4;
+    const int target = static_cast<int>(std::int64_t{particles} * k / count), radius = size / 4;
     int best = target;
-    for (int at = target - reach; at <= target + reach; ++at)
+    for (int at = target - radius; at <= target + radius; ++at)
       if (at > begin.back() && at < particles &&
           (crossing[at] < crossing[best] ||
            (crossing[at] == crossing[best] && std::abs(at - target) < std::abs(best - target))))
@@ -64,7 +65,7 @@ std::vector<int> cuts(const Spans& spans, int particles, int size) {
   return begin;
 }
 
-/// Calls visit(particles, arity) for everything that makes particles neighbours.
+/// Calls visit(particles, arity) for each edge and each constraint.
 template <class Visit>
 void for_each_link(const std::vector<ConstraintSet>& sets, const std::vector<Edge>& edges, const Visit& visit) {
   for (const Edge& e : edges) visit(e.data(), 2);
@@ -72,9 +73,10 @@ void for_each_link(const std::vector<ConstraintSet>& sets, const std::vector<Edg
     for (std::size_t c = 0; c < set.particles.size(); c += set.arity) visit(&set.particles[c], set.arity);
 }
 
-/// Greedy, in the particles' order: on a square grid these are the even and odd rows and columns.
-std::vector<std::uint8_t> classes(const std::vector<ConstraintSet>& sets, const std::vector<Edge>& edges,
-                                  int particles) {
+/// Colours particles greedily in their order, so that those of an edge or constraint differ. On a square grid the
+/// classes are the even and odd rows and columns.
+std::vector<std::uint8_t> particle_classes(const std::vector<ConstraintSet>& sets, const std::vector<Edge>& edges,
+                                           int particles) {
   struct Link {
     const int* particles;
     int arity;
@@ -99,15 +101,15 @@ std::vector<std::uint8_t> classes(const std::vector<ConstraintSet>& sets, const 
   return class_of;
 }
 
-/// What the patches of one cut need to know to sort their particles.
+/// Sorts the particles of each patch of a cut.
 struct PatchSorter {
   const std::vector<ConstraintSet>& sets;
   const std::vector<int>& island;
   const Patches& patches;
   std::vector<int> patch_of;
   std::vector<ByOwner> owned;        // of each set
-  std::vector<std::uint8_t> shared;  // particles that more than one patch touches
-  int most = 0;                      // particles that a patch touches, or a few more
+  std::vector<std::uint8_t> shared;  // whether more than one patch uses the particle
+  int max_used = 0;                  // upper bound of the particles that a patch uses
   std::vector<int>& order;
 
   PatchSorter(const std::vector<ConstraintSet>& all, const std::vector<int>& islands, const Patches& cut,
@@ -125,12 +127,12 @@ struct PatchSorter {
         if (patch_of[set.particles[e]] != owner[e / set.arity]) shared[set.particles[e]] = 1;
       owned.push_back(by_owner(owner, cut.count()));
     }
-    for (int k = 0; k < cut.count(); ++k) most = std::max(most, cut.begin[k + 1] - cut.begin[k] + foreign[k]);
+    for (int k = 0; k < cut.count(); ++k) max_used = std::max(max_used, cut.begin[k + 1] - cut.begin[k] + foreign[k]);
   }
 
   void operator()(int patch) const {
     const auto first = order.begin() + patches.begin[patch], last = order.begin() + patches.begin[patch + 1];
-    if (runs_pay(patch))
+    if (prefers_runs(patch))
       std::stable_sort(first, last, [&](int a, int b) {
         return island[a] != island[b] ? island[a] < island[b] : patches.class_of[a] < patches.class_of[b];
       });
@@ -140,8 +142,8 @@ struct PatchSorter {
       });
   }
 
-  /// Looked for among the constraints that lie wholly in the patch.
-  bool runs_pay(int patch) const {
+  /// True if enough of the constraints that lie completely in the patch would be contiguous.
+  bool prefers_runs(int patch) const {
     const int begin = patches.begin[patch], count = patches.begin[patch + 1] - begin;
     std::vector<int> sorted(count);
     std::iota(sorted.begin(), sorted.end(), begin);
@@ -155,7 +157,7 @@ struct PatchSorter {
     std::vector<std::uint8_t> class_of_slot(layout.slots);
     for (int i = 0; i < count; ++i)
       slot[sorted[i] - begin] = layout.slot[i], class_of_slot[layout.slot[i]] = class_at[i];
-    int held = 0, all = 0;
+    int contiguous = 0, all = 0;
     for (std::size_t s = 0; s < sets.size(); ++s) {
       std::vector<int> particles;
       for (int c = owned[s].begin[patch]; c < owned[s].begin[patch + 1]; ++c) {
@@ -163,10 +165,10 @@ struct PatchSorter {
         if (std::any_of(of, of + sets[s].arity, [&](int i) { return patch_of[i] != patch; })) continue;
         for (int j = 0; j < sets[s].arity; ++j) particles.push_back(slot[of[j] - begin]);
       }
-      held += find_runs(particles, sets[s].arity, class_of_slot).contiguous();
+      contiguous += find_runs(particles, sets[s].arity, class_of_slot).contiguous();
       all += static_cast<int>(particles.size()) / sets[s].arity;
     }
-    return worth_runs(held, all);
+    return should_use_runs(contiguous, all);
   }
 };
 
@@ -181,16 +183,17 @@ std::vector<int> patch_of_particles(const Patches& patches) {
 
 std::vector<int> owners(const ConstraintSet& set, const std::vector<int>& patch_of, std::vector<int>& foreign) {
   std::vector<int> owner(set.count());
-  std::vector<int> noted(patch_of.size(), -1);  // the patch that each particle was last counted for: a hub counts once
+  std::vector<int> noted(patch_of.size(),
+                         -1);  // last patch that counted each particle as foreign, so that it counts once
   for (int c = 0; c < set.count(); ++c) {
     const int* of = &set.particles[c * set.arity];
-    int lowest = patch_of[of[0]], with_room = -1;
+    int lowest = patch_of[of[0]], lowest_free = -1;
     for (int j = 0; j < set.arity; ++j) {
       const int k = patch_of[of[j]];
       lowest = std::min(lowest, k);
-      if (foreign[k] < kMostForeign && (with_room < 0 || k < with_room)) with_room = k;
+      if (foreign[k] < kMaxForeign && (lowest_free < 0 || k < lowest_free)) lowest_free = k;
     }
-    owner[c] = with_room < 0 ? lowest : with_room;
+    owner[c] = lowest_free < 0 ? lowest : lowest_free;
     for (int j = 0; j < set.arity; ++j)
       if (patch_of[of[j]] != owner[c] && noted[of[j]] != owner[c]) ++foreign[owner[c]], noted[of[j]] = owner[c];
   }
@@ -218,22 +221,22 @@ ClassLayout lay_out_classes(const std::vector<std::uint8_t>& class_of) {
   return layout;
 }
 
-bool worth_runs(int held, int constraints) { return constraints > 0 && 10 * held >= 7 * constraints; }
+bool should_use_runs(int contiguous, int constraints) { return constraints > 0 && 10 * contiguous >= 7 * constraints; }
 
 Cut cut_into_patches(const std::vector<ConstraintSet>& sets, const std::vector<Edge>& edges,
                      const std::vector<int>& island, int threads, const PatchBounds& bounds) {
   const int particles = static_cast<int>(island.size());
   const Spans spans(sets);
-  Patches patches{{}, classes(sets, edges, particles), bounds};
+  Patches patches{{}, particle_classes(sets, edges, particles), bounds};
   Cut cut;
   cut.order.resize(particles);
   std::iota(cut.order.begin(), cut.order.end(), 0);
   const int slots = bounds.slots > 0 ? std::min(bounds.slots, kMostSlots) : kMostSlots;
-  // Where everything is connected with everything, smaller patches have fewer neighbours each.
+  // In a densely connected graph smaller patches use fewer foreign particles each.
   for (int size = patch_size(spans, particles, bounds);; size /= 2) {
-    patches.begin = cuts(spans, particles, size);
+    patches.begin = cut_positions(spans, particles, size);
     const PatchSorter sort(sets, island, patches, cut.order);
-    if (sort.most > slots - kPadding && size > bounds.min_particles) continue;
+    if (sort.max_used > slots - kPadding && size > bounds.min_particles) continue;
     parallel_tasks(OpenMP{threads}, patches.count(), sort);
     break;
   }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Patches: stretches of the solver's order, each small enough for a core's fast memory and large enough to be worth a
-// visit. Their particles are sorted so that what is read together lies together.
+// Patches: ranges of the solver's order of particles, each small enough for the fast memory of a core and large enough
+// to be worth a solve. The particles of a patch are sorted so that those that are read together are adjacent.
 #pragma once
 #include <cstdint>
 #include <vector>
@@ -11,58 +11,60 @@ namespace malha {
 
 struct ConstraintSet;
 
-/// How large patches may be. The defaults are for the cores of a CPU.
+/// Bounds of the size of patches. The defaults are for the cores of a CPU.
 struct PatchBounds {
-  int min_particles = 512;  // particles: none is cut smaller,
-  int preferred_particles =
-      1024;  // nor than this, where there are enough for the threads: fewer constraints fill fewer lanes
-  int max_particles = 8192;  // particles
-  int max_cut_percent = 10;  // per cent of the constraints that may lead from patch to patch
-  int slots = 0;             // of its memory; 0: as many as can be numbered
+  int min_particles = 512;
+  // Lower bound if there are enough patches for all threads: smaller patches fill fewer lanes.
+  int preferred_particles = 1024;
+  int max_particles = 8192;
+  int max_cut_percent = 10;  // percentage of constraints that may cross patches
+  int slots = 0;             // largest number of slots in the memory of a patch; 0: as many as a LocalIndex can number
 };
 
 struct Patches {
-  std::vector<int> begin;              // first particle of each patch, and one more: the number of particles
-  std::vector<std::uint8_t> class_of;  // of each particle; those of one constraint have different ones, or kNoClass
-  PatchBounds bounds = {};             // that they were cut by
+  std::vector<int> begin;              // first particle of each patch, then the number of particles
+  std::vector<std::uint8_t> class_of;  // of each particle; the particles of a constraint differ in it, or have kNoClass
+  PatchBounds bounds = {};             // bounds that the cut respects
   int count() const { return static_cast<int>(begin.size()) - 1; }
 };
 
 inline constexpr std::uint8_t kNoClass = 255;
 
 struct Cut {
-  std::vector<int> order;  // old index of each particle; particles stay in their patch and together with their island
+  std::vector<int> order;  // old index of each particle; particles stay in their patch and next to their component
   Patches patches;         // in the new order
 };
 
-/// Cuts where few constraints cross, and sorts each patch by class if that makes runs of most of its constraints,
-/// otherwise those first that other patches touch too. `island`: of each particle, ascending. `edges`: of the meshes,
-/// those between pinned particles too, so that a pinned row is sorted like the others. The same on any `threads`.
+/// Cuts the particles into patches where few constraints cross. Each patch is sorted by class if that makes most of its
+/// constraints contiguous; otherwise particles that other patches use come first. `island` is the connected component
+/// of each particle, ascending. `edges` are all edges of the meshes, including those between pinned particles, so that
+/// a pinned row is sorted like the others. The result is the same for any number of threads.
 Cut cut_into_patches(const std::vector<ConstraintSet>& sets, const std::vector<Edge>& edges,
                      const std::vector<int>& island, int threads = 1, const PatchBounds& bounds = {});
 
-/// The patch of each constraint: the lowest that one of its particles lies in (unless that has more neighbours already
-/// than a patch can number).
+/// The patch that owns each constraint: the lowest patch of its particles, unless that has too many foreign particles
+/// to number. `foreign` counts, for each patch, the particles of other patches that its constraints use; it is
+/// increased.
 std::vector<int> owners(const ConstraintSet& set, const std::vector<int>& patch_of, std::vector<int>& foreign);
 
 /// The patch of each particle.
 std::vector<int> patch_of_particles(const Patches& patches);
 
-/// Lists of constraints by owner: those of patch k are list[begin[k]] .. list[begin[k + 1] - 1], in creation order.
+/// Constraints by owner. Those of patch k are list[begin[k]] .. list[begin[k + 1] - 1], in creation order.
 struct ByOwner {
   std::vector<int> begin, list;
 };
 ByOwner by_owner(const std::vector<int>& owner, int patches);
 
-/// Places in a patch's memory, and how many it takes, for its particles sorted by class: classes start with whole packs
-/// and a spare one lies between them, so that a pack that reads past its class meets no particle of another one.
+/// Layout of a patch's memory for particles sorted by class. Each class starts at a multiple of the pack size, with a
+/// spare pack between classes, so that a pack that reads past its class does not read particles of another one.
 struct ClassLayout {
-  std::vector<int> slot;
-  int slots = 0;
+  std::vector<int> slot;  // of each particle
+  int slots = 0;          // number of slots in all
 };
 ClassLayout lay_out_classes(const std::vector<std::uint8_t>& class_of);
 
-/// Whether runs hold enough of a patch's constraints to lay its memory out for them.
-bool worth_runs(int held, int constraints);
+/// True if enough of a patch's constraints are contiguous to lay its memory out for runs.
+bool should_use_runs(int contiguous, int constraints);
 
 }  // namespace malha

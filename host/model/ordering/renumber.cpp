@@ -14,25 +14,25 @@ void renumber(Model& model, const std::vector<int>& order) {
     values = std::move(sorted);
   };
   reorder(model.user_index), reorder(model.x), reorder(model.v), reorder(model.w), reorder(model.mass);
-  const auto rename = [&](int& i) { i = now[i]; };
-  for (ConstraintSet& set : model.sets) std::for_each(set.particles.begin(), set.particles.end(), rename);
-  for (ConstraintSet& set : model.stencils) std::for_each(set.particles.begin(), set.particles.end(), rename);
+  const auto remap = [&](int& i) { i = now[i]; };
+  for (ConstraintSet& set : model.sets) std::for_each(set.particles.begin(), set.particles.end(), remap);
+  for (ConstraintSet& set : model.stencils) std::for_each(set.particles.begin(), set.particles.end(), remap);
   for (SpringSet& set : model.springs)
-    for (Edge& e : set.ends) std::for_each(e.begin(), e.end(), rename);
+    for (Edge& e : set.ends) std::for_each(e.begin(), e.end(), remap);
   for (auto& body : model.tetrahedra)
-    for (Tetrahedron& t : body) std::for_each(t.begin(), t.end(), rename);
+    for (Tetrahedron& t : body) std::for_each(t.begin(), t.end(), remap);
   for (PressureSet& set : model.pressures) {
-    for (Triangle& t : set.triangles) std::for_each(t.begin(), t.end(), rename);
-    std::for_each(set.particles.begin(), set.particles.end(), rename);
+    for (Triangle& t : set.triangles) std::for_each(t.begin(), t.end(), remap);
+    std::for_each(set.particles.begin(), set.particles.end(), remap);
     std::sort(set.particles.begin(), set.particles.end());
   }
   for (std::vector<int>* list : {&model.long_range.particle, &model.long_range.anchor, &model.air.particle})
-    std::for_each(list->begin(), list->end(), rename);
+    std::for_each(list->begin(), list->end(), remap);
   for (Quad& face : model.air.faces)
     for (int& corner : face)
-      if (corner >= 0) rename(corner);
-  for (MovedPins& pins : model.moved) std::for_each(pins.particles.begin(), pins.particles.end(), rename);
-  for (AttachmentSet& set : model.attached) std::for_each(set.particles.begin(), set.particles.end(), rename);
+      if (corner >= 0) remap(corner);
+  for (MovedPins& pins : model.moved) std::for_each(pins.particles.begin(), pins.particles.end(), remap);
+  for (AttachmentSet& set : model.attached) std::for_each(set.particles.begin(), set.particles.end(), remap);
 }
 
 }  // namespace malha

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A model whose particles get other numbers.
+// Reordering of the particles of a model.
 #pragma once
 #include <vector>
 
@@ -7,8 +7,8 @@
 
 namespace malha {
 
-/// Puts the particles in the given order (particle order[i] becomes i) and renames them in all that names them, but in
-/// the patches and in what is kept of islands, whose particles have to stay together.
+/// Reorders the particles (particle order[i] becomes i) and updates all indices of particles, except in the patches and
+/// the lists of components, whose ranges of particles must stay the same.
 void renumber(Model& model, const std::vector<int>& order);
 
 }  // namespace malha

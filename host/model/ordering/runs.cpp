@@ -12,11 +12,12 @@ namespace malha {
 
 namespace {
 
-constexpr int kShortest = 4;    // shorter ones are cheaper to gather
-constexpr int kLongestGap = 8;  // a longer one costs more than the start of another run
-constexpr int kFamilies = 16;  // a grid has as many; with more, and fewer than kShortest constraints each, this is none
+constexpr int kMinLength = 4;  // shorter runs are cheaper to gather
+constexpr int kMaxGap = 8;     // a longer gap costs more than the start of another run
+constexpr int kFamilies =
+    16;  // families of a grid; meshes with more families of fewer than kMinLength are not searched
 
-/// The classes of a constraint's particles and their distances from the first one.
+/// The classes of a constraint's particles and their offsets from the first one. Constraints of a family can form runs.
 using Family = std::array<int, 2 * kMostParticles>;
 
 Family family_of(const int* particles, int arity, const std::vector<std::uint8_t>& class_of) {
@@ -44,7 +45,7 @@ Runs find_runs(const std::vector<int>& particles, int arity, const std::vector<s
         number.try_emplace(family_of(&particles[c * arity], arity, class_of), static_cast<int>(families.size()));
     if (fresh) families.emplace_back();
     families[found->second].push_back(c);
-    if (static_cast<int>(families.size()) > kFamilies + count / kShortest) {
+    if (static_cast<int>(families.size()) > kFamilies + count / kMinLength) {
       result.loose.resize(count);
       std::iota(result.loose.begin(), result.loose.end(), 0);
       return result;
@@ -54,10 +55,9 @@ Runs find_runs(const std::vector<int>& particles, int arity, const std::vector<s
     const auto at = [&](int c) { return particles[c * arity]; };
     std::stable_sort(family.begin(), family.end(), [&](int a, int b) { return at(a) < at(b); });
     for (auto begin = family.begin(), end = begin; begin != family.end(); begin = end) {
-      // Twice the same constraint would be twice the same slot: the second one starts a run of its own.
-      for (end = begin + 1; end != family.end() && at(*end) > at(end[-1]) && at(*end) - at(end[-1]) <= kLongestGap;)
-        ++end;
-      if (end - begin < kShortest) {
+      // Two equal constraints would have the same slot, so that the second one starts another run.
+      for (end = begin + 1; end != family.end() && at(*end) > at(end[-1]) && at(*end) - at(end[-1]) <= kMaxGap;) ++end;
+      if (end - begin < kMinLength) {
         result.loose.insert(result.loose.end(), begin, end);
         continue;
       }

@@ -1,25 +1,26 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs: constraints whose particles all advance by one from each to the next, so that a pack of them is read and
-// written as whole vectors. A grid is made of nothing else once its particles are sorted by class.
+// Runs: sequences of constraints whose particles are consecutive, so that a pack of constraints is loaded and stored
+// with plain vector accesses. On a grid with particles sorted by class all constraints are in runs.
 #pragma once
 #include <cstdint>
 #include <vector>
 
 namespace malha {
 
-/// Constraints c with particles first[j] + (slot of c), j < arity. Slots without a constraint are gaps.
+/// Constraints with the particles first[j] + slot, j < arity. Slots without a constraint are gaps.
 struct Run {
-  std::vector<int> slots;  // a constraint, or -1
+  std::vector<int> slots;  // constraint of each slot, or -1
 };
 
 struct Runs {
   std::vector<Run> runs;
   std::vector<int> loose;  // the other constraints, in creation order
-  int contiguous() const;  // constraints in runs
+  int contiguous() const;  // number of constraints in runs
 };
 
-/// `particles`: `arity` indices a constraint. `class_of` each index: the particles of a constraint have different ones.
-/// A run keeps to one class at each end, so that its constraints share no particle.
+/// Finds the runs of constraints with `arity` indices in `particles` each. `class_of` is the class of each index; the
+/// particles of a constraint have different ones. The j-th particles of all constraints of a run have the same class,
+/// so that they share no particle.
 Runs find_runs(const std::vector<int>& particles, int arity, const std::vector<std::uint8_t>& class_of);
 
 }  // namespace malha

@@ -69,7 +69,7 @@ std::vector<bool> covered(const Simulation& simulation, const OrbitCamera& camer
         if (inside && port().contains(u, v)) mask[std::size_t(v) * ShownWindow::kWidth + u] = true;
       }
   };
-  for (const Quad& face : simulation.model().look.faces) {
+  for (const Quad& face : simulation.model().render_mesh.faces) {
     const auto corner = [&](int k) { return on_screen(camera, x[face[k]]); };
     fill(corner(0), corner(1), corner(2));
     if (face[3] >= 0) fill(corner(0), corner(2), corner(3));

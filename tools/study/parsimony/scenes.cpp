@@ -152,7 +152,7 @@ std::vector<FeatureCase> single_features(bool quick) {
       with(
           "corrector", [](Scene& s) { s.solver.keeps_momenta = true; }, flying, "free cloth"),
       to_cloth("long_range", add(long_range())),
-      to_cloth("levels", [](Scene& s) { s.solver.levels = kMostLevels; }),
+      to_cloth("levels", [](Scene& s) { s.solver.levels = kMaxLevels; }),
       to_cloth("moved pins", move_pins),
       to_cloth("attachments", attach),
       to_cloth("environment (out of reach)", ball(-5, 0)),

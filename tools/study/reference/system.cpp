@@ -52,7 +52,7 @@ Vector edge_strains(const std::vector<Spring>& edges, const Vector& x) {
 
 void set_start(const Scene& scene, const Mesh& mesh, System& system) {
   const BodySpec& body = scene.bodies.front();
-  system.pinned = find_holds(scene, 0, mesh).pinned;
+  system.pinned = find_boundary_conditions(scene, 0, mesh).pinned;
   system.gravity = Eigen::Vector3d::Map(scene.gravity.data());
   Scene exact = scene;
   exact.solver.precision = Precision::Double;
