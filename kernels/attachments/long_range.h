@@ -77,7 +77,7 @@ struct LimitTethers {
   /// intersect, to the point of the nearer pin's sphere that is closest to the other pin.
   KERNEL Vector3<R> onto_both(int i, const Vector3<R>& displacement, int nearer, int other) const {
     const Vector3<R> from = after(i, nearer, displacement),
-                     between = p.between(tethers.anchor[other], tethers.anchor[nearer]);
+                     between = p.difference(tethers.anchor[other], tethers.anchor[nearer]);
     const R D2 = dot(between, between), D = sqrt(D2), r = tethers.reach[nearer];
     if (!(D > tiny<R>())) return displacement;
     const Vector3<R> axis = between * (R(1) / D);

@@ -27,7 +27,7 @@ struct RemoveUndoneLift {
     const Vector3<R> from = x0[i], lift = p.start_relative_to(i, from, origin);
     const R squared = dot(lift, lift);
     if (!(particles.w[i] > R(0)) || !(squared > R(0)) || !(squared < R(INFINITY))) return;
-    const Vector3<R> displacement = p.from(i, from, origin);
+    const Vector3<R> displacement = p.displacement_from(i, from, origin);
     const R kept = min(max(dot(lift, displacement) / squared, R(0)), R(1));
     if (!(kept < R(1))) return;
     p.set_start(i, in_double(origin) + in_double(from) + in_double(lift * kept));
