@@ -81,8 +81,8 @@ struct ClampTunnelling : EnvironmentView<R> {
   }
 };
 
-/// Clamps after self-collision has moved particles: a particle that crosses a mesh now moves with that mesh instead, from
-/// where the substep began, and is clamped there.
+/// Clamps after self-collision has moved particles: a particle that crosses a mesh now moves with that mesh instead,
+/// from where the substep began, and is clamped there.
 template <class R>
 struct MoveWithMeshes : ClampTunnelling<R> {
   template <class Group>
