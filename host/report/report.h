@@ -15,7 +15,7 @@ namespace malha {
 struct RunTimes {
   double model_seconds = 0, solver_seconds = 0;  // set-up
   StepStatistics steps;                          // how long each took
-  int steps_alone = 0;                           // steps on one thread of several (see ThreadChoice)
+  int steps_alone = 0;                           // steps on one thread of several (see AdaptiveThreadCount)
   int splits = 0, layouts = 0;                   // vertices that tore, and how often all was laid out anew for them
   double layout_seconds = 0;                     // spent on that
   std::int64_t most_crossings = 0;               // at any of the times that they were counted

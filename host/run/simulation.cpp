@@ -53,7 +53,7 @@ struct Simulation::Parts {
   SimulationOptions options;
   RunTimes times;
   int threads = 1;
-  std::optional<ThreadChoice> choice;             // none: all threads, always
+  std::optional<AdaptiveThreadCount> choice;      // none: all threads, always
   std::optional<std::uint64_t> scene;             // its hash: the same all the time, taken when it is first needed
   std::optional<std::vector<int>> pins_at_start;  // where others were set: layouts depend on them
   // Of scenes that tear:

@@ -94,7 +94,7 @@ TEST_P(Determinism, HoldsOnBlocksOfThreads) {
 }
 #endif
 
-/// As ThreadChoice does it.
+/// As AdaptiveThreadCount does it.
 TEST_P(Determinism, HoldsWhereEachStepRunsOnAnotherNumberOfThreads) {
   const Scene scene = everything(24, 3, GetParam());
   const std::uint64_t serial = hash_after(scene, 12, {.threads = 1, .backend = Backend::Serial});
