@@ -89,14 +89,14 @@ void for_each_wave(const Model& model, F&& f) {
 
 }  // namespace
 
-Sag worst_sag(const Model& model) {
+PinStrain worst_pin_strain(const Model& model) {
   struct Hung {
     double mass = 0, end_mass = 0, stiffness = 0;             // of all movable particles; a sum; the largest
     double length = std::numeric_limits<double>::infinity();  // the shortest
     bool tied = false;                                        // by springs to attachments
     int paths = 0;                                            // constraints between a pinned and a movable particle
   };
-  Sag worst;
+  PinStrain worst;
   const SolverSpec& solver = model.scene.solver;
   if (solver.type != "pbd" || gravity(model) == 0) return worst;
   std::vector<Hung> hung(model.scene.bodies.size());
@@ -136,16 +136,16 @@ Sag worst_sag(const Model& model) {
   return worst;
 }
 
-Wave fastest_wave(const Model& model) {
-  Wave fastest;
+ShearWave fastest_shear_wave(const Model& model) {
+  ShearWave fastest;
   for_each_wave(model, [&](std::size_t body, const ConstraintSpec&, double cells) {
     if (cells > fastest.cells) fastest = {cells, static_cast<int>(body)};
   });
   return fastest;
 }
 
-Give most_given(const Model& model) {
-  Give most;
+VolumeSoftening worst_volume_softening(const Model& model) {
+  VolumeSoftening most;
   for_each_wave(model, [&](std::size_t body, const ConstraintSpec& spec, double cells) {
     if (std::holds_alternative<TetBoxShape>(model.scene.bodies[body].shape)) return;
     const double nu = spec.parameter, s = cells * cells * 2 * nu / (1 - 2 * nu);
@@ -179,12 +179,12 @@ double pinned_fall(const Model& model) {
   return gravity(model) * substep(model) * substep(model) / shortest;
 }
 
-Swing most_damped_swing(const Model& model) {
+FilterDamping worst_filter_damping(const Model& model) {
   struct Hung {
     double mass = 0, length = 0, inertia = 0;  // sums of m, m d, m d^2
     double turned = 0, held = 0;               // sums of k (d_i - d_j)^2, and of k at pins
   };
-  Swing worst;
+  FilterDamping worst;
   if (gravity(model) == 0 || model.springs.empty()) return worst;
   const std::vector<int> body = bodies_of(model);
   const std::vector<bool> pinned = held_at_start(model, true);

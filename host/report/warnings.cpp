@@ -15,17 +15,17 @@ namespace malha {
 namespace {
 
 // Where the study's trials turn from right to wrong.
-constexpr double kSag = 0.5;           // strain of what swings
-constexpr double kPaperTorque = 0.01;  // k h^2 / m
-constexpr double kOffTorque = 0.2;     // k h^2 / m, for each solve of a substep
-constexpr double kPinnedFall = 0.4;    // g h^2 / l
-constexpr double kDamping = 0.2;       // of the critical
+constexpr double kSwingingStrain = 0.5;  // strain of a swinging body
+constexpr double kPaperTorque = 0.01;    // k h^2 / m
+constexpr double kOffTorque = 0.2;       // k h^2 / m, for each solve of a substep
+constexpr double kPinnedFall = 0.4;      // g h^2 / l
+constexpr double kDamping = 0.2;         // of the critical
 // Of cells a substep over the root of its iterations, by which nine beams under their weight sink too far: -4 to 10 %
 // with one iteration and up to 22 % with more; 31 to 77 % at 0.4.
 constexpr double kWave = 0.25;
-constexpr double kSlowWave = 0.2;  // -2 to 5 %, up to 9 %
-constexpr double kGive = 0.2;      // of what a material of tetrahedra gives way, because of its Poisson's ratio
-constexpr double kLessGive = 0.1;
+constexpr double kSlowWave = 0.2;         // -2 to 5 %, up to 9 %
+constexpr double kVolumeSoftening = 0.2;  // additional strain of tetrahedra, because of Poisson's ratio
+constexpr double kLessVolumeSoftening = 0.1;
 constexpr double kSoft = 0.1;  // of what a sheet gives way
 constexpr double kLessSoft = 0.08;
 constexpr double kEdgesOfAFold = 2;  // a clamped strip's drop over reach is then right within some per cent
@@ -38,10 +38,10 @@ double percent(double part) { return std::round(100 * part); }
 std::string shown_by(const char* chart) { return std::string(" (malha study stability, chart ") + chart + ")"; }
 
 /// What would damp less: as few more substeps or refinements as that takes, where they are not too many.
-std::string less_damped(const Model& model, const Swing& swing) {
+std::string less_damped(const Model& model, const FilterDamping& filter) {
   constexpr double most_substeps = 1024, most_refine = 16;
-  const double substeps = std::ceil(model.scene.solver.substeps * swing.damping / kDamping);
-  const double more = std::ceil(std::log(kDamping / swing.damping) / std::log(swing.kept));
+  const double substeps = std::ceil(model.scene.solver.substeps * filter.damping / kDamping);
+  const double more = std::ceil(std::log(kDamping / filter.damping) / std::log(filter.kept));
   const double refine = model.scene.solver.desbrun.refinement_iterations + more;
   std::string ways;
   if (refine <= most_refine) ways += "\"refinement_iterations\": " + shown(refine) + ", ";
@@ -57,18 +57,18 @@ std::vector<std::string> warnings(const Model& model) {
   const SolverSpec& solver = scene.solver;
   if (const std::string coarse = coarse_resolution(model, model.look.points); !coarse.empty())
     lines.push_back(coarse + shown_by("distance"));
-  if (const Sag sag = worst_sag(model); sag.swinging > kSag)
-    lines.push_back("body '" + scene.bodies[sag.body].name + "': with " + counted(solver.substeps, "substep") + " of " +
-                    counted(solver.iterations, "iteration") + " what is next to its pins stretches by some " +
-                    shown(percent(sag.strain)) + " % under its weight, and up to " + shown(percent(sag.swinging)) +
-                    " % where it swings; take " +
-                    (sag.swinging * sag.stiffness <= kSag
+  if (const PinStrain strain = worst_pin_strain(model); strain.swinging > kSwingingStrain)
+    lines.push_back("body '" + scene.bodies[strain.body].name + "': with " + counted(solver.substeps, "substep") +
+                    " of " + counted(solver.iterations, "iteration") + " what is next to its pins stretches by some " +
+                    shown(percent(strain.strain)) + " % under its weight, and up to " +
+                    shown(percent(strain.swinging)) + " % where it swings; take " +
+                    (strain.swinging * strain.stiffness <= kSwingingStrain
                          ? "a \"compliance\" instead of its \"stiffness\"" + shown_by("stiffness")
-                         : (sag.auto_level_threshold ? "\"levels\": \"auto\", or " : "") +
-                               shown(std::ceil(solver.substeps * std::sqrt(sag.swinging / kSag))) +
+                         : (strain.auto_level_threshold ? "\"levels\": \"auto\", or " : "") +
+                               shown(std::ceil(solver.substeps * std::sqrt(strain.swinging / kSwingingStrain))) +
                                " substeps or more, or \"long_range\"" +
-                               shown_by(sag.of_faces ? "resolution" : "masses")));
-  if (const Wave wave = fastest_wave(model); wave.cells > kWave)
+                               shown_by(strain.of_faces ? "resolution" : "masses")));
+  if (const ShearWave wave = fastest_shear_wave(model); wave.cells > kWave)
     lines.push_back("body '" + scene.bodies[wave.body].name + "': a shear wave gets through " +
                     shown(two_digits(wave.cells * std::sqrt(solver.iterations))) + " of its cells in a substep of " +
                     counted(solver.iterations, "iteration") +
@@ -77,12 +77,13 @@ std::vector<std::string> warnings(const Model& model) {
                     shown(two_digits(kWave * std::sqrt(solver.iterations))) + "; take " +
                     shown(std::ceil(solver.substeps * wave.cells / kSlowWave)) +
                     " substeps (scenes/README.md, Tetrahedra)");
-  else if (const Give give = most_given(model); give.share > kGive)
-    lines.push_back("body '" + scene.bodies[give.body].name + "': with " + counted(solver.substeps, "substep") +
+  else if (const VolumeSoftening softening = worst_volume_softening(model); softening.share > kVolumeSoftening)
+    lines.push_back("body '" + scene.bodies[softening.body].name + "': with " + counted(solver.substeps, "substep") +
                     " of " + counted(solver.iterations, "iteration") + " its material of \"poisson_ratio\" " +
-                    shown(give.poisson_ratio) + " gives way by some " + shown(two_digits(100 * give.share)) +
+                    shown(softening.poisson_ratio) + " gives way by some " + shown(two_digits(100 * softening.share)) +
                     " % more than asked for; take " +
-                    shown(std::ceil(solver.substeps * std::sqrt(give.share / (1 - give.share / 4) / kLessGive))) +
+                    shown(std::ceil(solver.substeps *
+                                    std::sqrt(softening.share / (1 - softening.share / 4) / kLessVolumeSoftening))) +
                     " substeps, or a smaller \"poisson_ratio\" (scenes/accuracy.md, Tetrahedra)");
   if (const Softening soft = worst_softening(model); soft.share > kSoft)
     lines.push_back("body '" + scene.bodies[soft.body].name + "': with " + counted(solver.substeps, "substep") +
@@ -121,9 +122,9 @@ std::vector<std::string> warnings(const Model& model) {
   if (const double fallen = spec.filter_external_forces ? 0 : pinned_fall(model); fallen > kPinnedFall)
     lines.push_back("\"filter_external_forces\": false leaves springs next to pins some " + shown(percent(fallen)) +
                     " % too long; filter all, or take more substeps" + shown_by("weight"));
-  if (const Swing swing = most_damped_swing(model); swing.damping > kDamping)
-    lines.push_back("body '" + scene.bodies[swing.body].name + "': the filter damps its swinging about its pins, by " +
-                    shown(two_digits(swing.damping)) + " times what is critical; take " + less_damped(model, swing) +
+  if (const FilterDamping filter = worst_filter_damping(model); filter.damping > kDamping)
+    lines.push_back("body '" + scene.bodies[filter.body].name + "': the filter damps its swinging about its pins, by " +
+                    shown(two_digits(filter.damping)) + " times what is critical; take " + less_damped(model, filter) +
                     shown_by("turning"));
   return lines;
 }
