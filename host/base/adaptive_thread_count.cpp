@@ -5,7 +5,7 @@
 
 namespace malha {
 
-void ThreadChoice::took(double wall, double running) {
+void AdaptiveThreadCount::took(double wall, double running) {
   if (all_ == 1) return;
   ++steps_, wall_ += wall, running_ += running;
   if (wall_ < kWindow) return;
@@ -18,11 +18,11 @@ void ThreadChoice::took(double wall, double running) {
     observe_single(step, spent, crowded);
 }
 
-void ThreadChoice::decide(bool together, double wait) {
+void AdaptiveThreadCount::decide(bool together, double wait) {
   together_ = together, trial_ = false, since_ = 0, wait_ = wait;
 }
 
-void ThreadChoice::observe_team(double step, double spent, bool crowded) {
+void AdaptiveThreadCount::observe_team(double step, double spent, bool crowded) {
   if (trial_) {
     usual_ = step, known_ = true, lost_crowded_ = crowded_, lost_at_ = single_;
     return decide(step < single_, step < single_ ? 0 : kRarely * spent);
@@ -33,7 +33,7 @@ void ThreadChoice::observe_team(double step, double spent, bool crowded) {
   if (tries) try_the_other();
 }
 
-void ThreadChoice::observe_single(double step, double spent, bool crowded) {
+void AdaptiveThreadCount::observe_single(double step, double spent, bool crowded) {
   single_ = step, crowded_ = crowded;
   if (trial_) {
     lost_crowded_ = crowded, lost_at_ = step;

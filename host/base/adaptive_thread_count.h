@@ -7,18 +7,18 @@
 
 namespace malha {
 
-/// A team waits for its slowest thread: where other programs take its cores in turns, it can be many times slower than
-/// one thread alone. The choice is by trials, and trials of the slower one take about a
+/// Chooses between all threads and one. A team waits for its slowest thread: where other programs use its cores, it can
+/// be many times slower than one thread alone. The choice is by trials, and trials of the slower one take about a
 /// twentieth of all time. Results do not depend on it, because partitions do not.
-class ThreadChoice {
+class AdaptiveThreadCount {
  public:
-  /// Starts with one.
-  explicit ThreadChoice(int threads) : all_(threads) {}
+  /// The first step runs on one thread.
+  explicit AdaptiveThreadCount(int threads) : all_(threads) {}
 
-  /// For the next step.
+  /// Number of threads of the next step.
   int threads() const { return together_ ? all_ : 1; }
 
-  /// Takes a step on threads().
+  /// Runs a step on threads(), and measures it.
   template <class Step>
   void take(const Step& step) {
     const ScopedValue<int> limit(max_threads, threads());
@@ -26,7 +26,7 @@ class ThreadChoice {
     took(time.wall, time.running);
   }
 
-  /// Seconds that a step takes, and for how many of them its calling thread has a core.
+  /// Wall time of a step, and CPU time of its calling thread, s.
   struct Took {
     double wall, running;
   };
@@ -37,17 +37,17 @@ class ThreadChoice {
     return {wall, running};
   }
 
-  /// A step has been taken on threads(): `wall` seconds, of which its calling thread had a core for `running`.
+  /// Records a step on threads(): its wall time and the CPU time of its calling thread, s.
   void took(double wall, double running);
 
  private:
-  static constexpr double kWindow = 0.05;  // s: some turns of a scheduler, or a step
-  static constexpr double kRarely = 20;    // times what a trial costs until the next one
-  static constexpr double kLongest = 10;   // s, between trials that are of no use
-  static constexpr double kWorst = 20;     // times slower than one thread that a team may be
-  static constexpr double kCrowded = 0.8;  // of the wall time: a thread that ran for less shared its core
-  static constexpr double kSlower = 1.5;   // times its usual time: reason enough to try one thread
-  static constexpr double kHeavier = 1.5;  // times what a step took when all lost: reason enough to try all again
+  static constexpr double kWindow = 0.05;  // s, of a measurement: some time slices of a scheduler, at least one step
+  static constexpr double kRarely = 20;    // pause until the next trial, over the cost of one
+  static constexpr double kLongest = 10;   // s, longest pause between unsuccessful trials
+  static constexpr double kWorst = 20;     // largest slow-down of a team, over one thread
+  static constexpr double kCrowded = 0.8;  // a thread with less CPU time over wall time shared its core
+  static constexpr double kSlower = 1.5;   // slow-down of a team that starts a trial of one thread
+  static constexpr double kHeavier = 1.5;  // growth of a step since the team lost that starts a trial of it
 
   void observe_team(double step, double spent, bool crowded);
   void observe_single(double step, double spent, bool crowded);
@@ -56,13 +56,14 @@ class ThreadChoice {
 
   int all_;
   bool together_ = false, trial_ = false;
-  int steps_ = 0;                                // of this window
-  double wall_ = 0, running_ = 0;                // s, of this window
-  double since_ = 0, wait_ = 3 * kWindow;        // s, since the last decision, and how long to keep to it
-  double single_ = 0, usual_ = 0;                // s, a step on one thread and on all, when last seen
-  double lost_at_ = 0;                           // s, a step on one thread when all lost
-  bool known_ = false;                           // whether all were tried
-  bool crowded_ = false, lost_crowded_ = false;  // whether others used the one thread's core: now, and when all lost
+  int steps_ = 0;                          // of this window
+  double wall_ = 0, running_ = 0;          // s, of this window
+  double since_ = 0, wait_ = 3 * kWindow;  // s, time since the last decision, and until the next
+  double single_ = 0, usual_ = 0;          // s, last time of a step on one thread and on all
+  double lost_at_ = 0;                     // s, a step on one thread when the team lost
+  bool known_ = false;                     // whether all threads have been tried
+  bool crowded_ = false,
+       lost_crowded_ = false;  // whether the single thread shared its core: now, and when the team lost
 };
 
 }  // namespace malha

@@ -47,7 +47,7 @@ struct Memory {
   static void copy_out(const T* from, std::size_t count, T* to) {
     std::copy_n(from, count, to);
   }
-  /// From array to array.
+  /// Copies within this memory.
   template <class T>
   static void copy(const T* from, std::size_t count, T* to) {
     std::copy_n(from, count, to);

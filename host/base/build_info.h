@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the library was built from and with, for reports and --version.
+// Version, compiler and flags of the build, for reports and --version.
 #pragma once
 
 namespace malha {
 
-/// "0.1.0"
+/// Version of the library, such as "0.1.0".
 const char* version();
 /// The compiler's name and version: "GNU 12.2.0".
 const char* compiler();
-/// The flags that decide the code, without include paths and warnings: "-O3 -DNDEBUG -march=native ...".
+/// The flags that affect the code, without include paths and warnings: "-O3 -DNDEBUG -march=native ...".
 const char* flags();
-/// Whether it can write glTF: built with tinygltf.
+/// Whether the library can write glTF, which needs tinygltf.
 bool has_gltf();
 
 }  // namespace malha

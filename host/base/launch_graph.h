@@ -27,7 +27,7 @@ void repeated(const Executor& /*executor*/, Recording<Executor>& /*recording*/, 
   work();
 }
 
-/// parallel_region, likewise.
+/// The same for a parallel_region().
 template <class Executor, class Key, class Work>
 void repeated_region(const Executor& executor, int width, Recording<Executor>& /*recording*/, const Key& /*key*/,
                      const Work& work) {

@@ -77,7 +77,7 @@ class ScatteredArray {
   ScatteredPoints<R> points() const { return {values_.data()}; }
   std::size_t bytes() const { return values_.bytes(); }
 
-  /// As many points as it was made for; each has three elements.
+  /// `points` has size() elements; each has three.
   template <class Point>
   void upload(const std::vector<Point>& points) {
     std::vector<Vec4<R>> values;
@@ -94,7 +94,7 @@ class ScatteredArray {
     const Vec4<R> a = values_.get(i);
     return {a.x, a.y, a.z};
   }
-  /// The fourth numbers, of the first of them.
+  /// Sets w of the first points.
   void upload_fourth(const std::vector<R>& numbers) {
     std::vector<Vec4<R>> values = values_.download();
     for (std::size_t i = 0; i < numbers.size(); ++i) values[i].w = numbers[i];

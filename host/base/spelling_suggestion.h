@@ -14,10 +14,10 @@ std::string near_miss(const std::string& word, const std::vector<std::string>& a
 /// near miss, else "".
 std::string did_you_mean(const std::string& word, const std::vector<std::string>& allowed);
 
-/// Without capital letters (ASCII).
+/// `word` in lower case (ASCII).
 std::string lower(std::string word);
 
-/// "a, b, c".
+/// The words separated by commas: "a, b, c".
 std::string join(const std::vector<std::string>& words);
 
 }  // namespace malha

@@ -46,7 +46,7 @@ class Levels {
 
   /// The coarse correction that a predicting solve of the finest level adds.
   ProlongationView<R> prolongation() const { return of(prolongation_, levels_.front()); }
-  /// Where the last solves of the finest level restrict the next prediction to.
+  /// Target of the restriction of the next prediction by the last solves of the finest level.
   RestrictionTarget<R> restriction() const {
     RestrictionTarget<R> target = target_of(levels_.front());
     target.origins = origins_.points();

@@ -17,13 +17,13 @@ namespace {
 
 std::string named(const UserConstraint& constraint) { return "constraint '" + constraint.name + "'"; }
 
-/// Of all of them at these places, in one call.
-struct AllOfThem {
+/// Evaluates all constraints of a set at given positions, in one call.
+struct EvaluateAll {
   const UserConstraint& constraint;
   std::vector<int> number;
   std::vector<Vec3> gradient;
 
-  explicit AllOfThem(const UserConstraint& of)
+  explicit EvaluateAll(const UserConstraint& of)
       : constraint(of), number(of.particles.size() / of.arity), gradient(of.particles.size()) {
     std::iota(number.begin(), number.end(), 0);
   }
@@ -123,7 +123,7 @@ void check_gradients(const UserConstraint& constraint, const std::vector<Vec3>& 
   const int k = constraint.arity;
   std::vector<Vec3> at;
   for (const int particle : constraint.particles) at.push_back(x[particle]);
-  AllOfThem all(constraint);
+  EvaluateAll all(constraint);
   all(at);
   const std::vector<Vec3> given = all.gradient;
   std::vector<double> step(all.number.size(), 0);

@@ -91,7 +91,7 @@ void for_each_wave(const Model& model, F&& f) {
 
 }  // namespace
 
-Sag worst_sag(const Model& model) {
+PinStrain worst_pin_strain(const Model& model) {
   struct SuspendedBody {
     double mass = 0, end_mass = 0,
            stiffness = 0;  // of all movable particles; of those next to pins; the largest stiffness a projection
@@ -99,7 +99,7 @@ Sag worst_sag(const Model& model) {
     bool attached = false;                                    // hangs by springs to attachments
     int paths = 0;                                            // constraints between a pinned and a movable particle
   };
-  Sag worst;
+  PinStrain worst;
   const SolverSpec& solver = model.scene.solver;
   if (solver.type != "pbd" || gravity(model) == 0) return worst;
   std::vector<SuspendedBody> suspended(model.scene.bodies.size());
@@ -182,12 +182,12 @@ double pinned_spring_strain(const Model& model) {
   return gravity(model) * substep(model) * substep(model) / shortest;
 }
 
-Swing most_damped_swing(const Model& model) {
+FilterDamping worst_filter_damping(const Model& model) {
   struct SuspendedBody {
     double mass = 0, length = 0, inertia = 0;  // sums of m, m d, m d^2
     double turned = 0, held = 0;               // sums of k (d_i - d_j)^2, and of k at pins
   };
-  Swing worst;
+  FilterDamping worst;
   if (gravity(model) == 0 || model.springs.empty()) return worst;
   const std::vector<int> body = bodies_of(model);
   const std::vector<bool> pinned = fixed_at_start(model, true);

@@ -18,14 +18,14 @@ namespace malha {
 /// Measured on 100 x 100 particles and on an irregular mesh of as many, 2 s: a peak of 6.2 and 23 with 1 level, 1.98
 /// and 6.3 with 2, 0.73 and 1.8 with 3, 0.18 and 0.62 with 4; then 0.1 to 0.3 (grids), 0.3 to 0.7 (irregular), with 1
 /// to 10 substeps and 65 to 200 a side, and an RMS strain of 0.006 to 0.027. Levels do not act on attachments.
-struct Sag {
+struct PinStrain {
   double strain = 0, swinging = 0;  // largest strain at rest, and while it swings
   double stiffness = 1;             // k
   int body = 0;
   bool of_faces = false;         // the body has faces
   bool auto_levels_act = false;  // the path to its pins is long enough for "auto" levels
 };
-Sag worst_sag(const Model& model);
+PinStrain worst_pin_strain(const Model& model);
 
 /// Distance that a shear wave, sqrt(E / 3 density) m/s, travels in a substep, in cells of the tetrahedral mesh (a cell
 /// has the volume of six tetrahedra), over the root of the iterations. It is the largest of all bodies of neo_hookean
@@ -57,12 +57,12 @@ double max_free_stiffness(const Model& model);
 /// / sum m d^2: twice the damping ratio times the frequency sqrt(g sum m d / sum m d^2). Each refinement leaves a share
 /// s / (1 + s) of it, where s is h^2 / m times the sum of k of the springs next to pins. The ratio is 0 without pins or
 /// gravity.
-struct Swing {
+struct FilterDamping {
   double damping = 0;  // ratio to critical damping
   int body = 0;
   double kept = 0;  // s / (1 + s)
 };
-Swing most_damped_swing(const Model& model);
+FilterDamping worst_filter_damping(const Model& model);
 
 /// Returns the largest g h^2 / l of the springs next to pins (Desbrun's method; chart weight).
 double pinned_spring_strain(const Model& model);

@@ -15,7 +15,7 @@ namespace malha {
 namespace {
 
 // Boundaries at which the trials of the study turn from right to wrong.
-constexpr double kSag = 0.5;           // strain while swinging
+constexpr double kSwingingStrain = 0.5;           // strain while swinging
 constexpr double kPaperTorque = 0.01;  // k h^2 / m
 constexpr double kOffTorque = 0.2;     // k h^2 / m, for each solve of a substep
 constexpr double kPinnedFall = 0.4;    // g h^2 / l
@@ -40,10 +40,10 @@ double percent(double part) { return std::round(100 * part); }
 std::string shown_by(const char* chart) { return std::string(" (malha study stability, chart ") + chart + ")"; }
 
 /// The advice against damping: the fewest substeps or refinements that suffice, where they are not too many.
-std::string less_damped(const Model& model, const Swing& swing) {
+std::string less_damped(const Model& model, const FilterDamping& filter) {
   constexpr double most_substeps = 1024, most_refine = 16;
-  const double substeps = std::ceil(model.scene.solver.substeps * swing.damping / kDamping);
-  const double more = std::ceil(std::log(kDamping / swing.damping) / std::log(swing.kept));
+  const double substeps = std::ceil(model.scene.solver.substeps * filter.damping / kDamping);
+  const double more = std::ceil(std::log(kDamping / filter.damping) / std::log(filter.kept));
   const double refine = model.scene.solver.desbrun.refinement_iterations + more;
   std::string ways;
   if (refine <= most_refine) ways += "\"refinement_iterations\": " + shown(refine) + ", ";
@@ -59,17 +59,17 @@ std::vector<std::string> warnings(const Model& model) {
   const SolverSpec& solver = scene.solver;
   if (const std::string coarse = resolution_warning(model, model.render_mesh.points); !coarse.empty())
     lines.push_back(coarse + shown_by("distance"));
-  if (const Sag sag = worst_sag(model); sag.swinging > kSag)
-    lines.push_back("body '" + scene.bodies[sag.body].name + "': with " + counted(solver.substeps, "substep") + " of " +
+  if (const PinStrain strain = worst_pin_strain(model); strain.swinging > kSwingingStrain)
+    lines.push_back("body '" + scene.bodies[strain.body].name + "': with " + counted(solver.substeps, "substep") + " of " +
                     counted(solver.iterations, "iteration") + " the constraints next to its pins stretch by some " +
-                    shown(percent(sag.strain)) + " % under its weight, and by up to " + shown(percent(sag.swinging)) +
+                    shown(percent(strain.strain)) + " % under its weight, and by up to " + shown(percent(strain.swinging)) +
                     " % while it swings; take " +
-                    (sag.swinging * sag.stiffness <= kSag
+                    (strain.swinging * strain.stiffness <= kSwingingStrain
                          ? "a \"compliance\" instead of its \"stiffness\"" + shown_by("stiffness")
-                         : (sag.auto_levels_act ? "\"levels\": \"auto\", or " : "") +
-                               shown(std::ceil(solver.substeps * std::sqrt(sag.swinging / kSag))) +
+                         : (strain.auto_levels_act ? "\"levels\": \"auto\", or " : "") +
+                               shown(std::ceil(solver.substeps * std::sqrt(strain.swinging / kSwingingStrain))) +
                                " substeps or more, or \"long_range\"" +
-                               shown_by(sag.of_faces ? "resolution" : "masses")));
+                               shown_by(strain.of_faces ? "resolution" : "masses")));
   if (const ShearWave wave = fastest_shear_wave(model); wave.cells > kShearWave)
     lines.push_back("body '" + scene.bodies[wave.body].name + "': a shear wave travels through " +
                     shown(two_digits(wave.cells * std::sqrt(solver.iterations))) + " of its cells in a substep of " +
@@ -122,10 +122,10 @@ std::vector<std::string> warnings(const Model& model) {
   if (const double fallen = spec.filter_external_forces ? 0 : pinned_spring_strain(model); fallen > kPinnedFall)
     lines.push_back("\"filter_external_forces\": false leaves springs next to pins some " + shown(percent(fallen)) +
                     " % too long; set it to true, or take more substeps" + shown_by("weight"));
-  if (const Swing swing = most_damped_swing(model); swing.damping > kDamping)
-    lines.push_back("body '" + scene.bodies[swing.body].name + "': the filter damps its swinging about its pins with " +
-                    shown(two_digits(swing.damping)) + " times the critical damping; take " +
-                    less_damped(model, swing) + shown_by("turning"));
+  if (const FilterDamping filter = worst_filter_damping(model); filter.damping > kDamping)
+    lines.push_back("body '" + scene.bodies[filter.body].name + "': the filter damps its swinging about its pins with " +
+                    shown(two_digits(filter.damping)) + " times the critical damping; take " +
+                    less_damped(model, filter) + shown_by("turning"));
   return lines;
 }
 

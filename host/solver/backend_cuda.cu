@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The solvers instantiated for a CUDA device.
+// Instantiation of the solvers for a CUDA device.
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -64,7 +64,7 @@ std::unique_ptr<Solver> instantiate_on_cuda(const Model& model, const OpenMP& ho
     throw InputError(
         "backend: found a CUDA device whose memory the host cannot read while kernels run; allowed for a "
         "scene with an environment: one with concurrent managed access, or openmp, serial");
-  // Of environment meshes, which the host makes lists of while kernels use those that there are.
+  // Memory of environment meshes is managed: the host extends their triangle lists while kernels read them.
   const ScopedValue<ReadableMemory> managed(readable_memory, {[](std::size_t bytes, bool zeros) {
                                                                 void* const data = DeviceMemory::the().allocate(bytes);
                                                                 if (zeros) std::memset(data, 0, bytes);

@@ -12,7 +12,7 @@ namespace malha {
 std::unique_ptr<Solver> instantiate_on_cuda(const Model& model, const OpenMP& host, const ShowProgress& progress,
                                             bool timed);
 
-/// parallel_for_interleaved of kernels that ask the host, on its own memory: in packs, by its own compiler.
+/// parallel_for_interleaved() for kernels that run on the host, on host memory, compiled by its compiler with packs.
 template <class Kernel>
 void deal_on_host(const OpenMP& host, int groups, const Kernel& kernel);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The solvers instantiated for the executors of the host.
+// Instantiation of the solvers for the executors of the host.
 #include "host/solver/instantiate.h"
 #include "host/solver/test_executor_hook.h"
 #if defined(MALHA_HAS_CUDA)
@@ -22,7 +22,7 @@ std::unique_ptr<Solver> make_solver(const Model& model, int threads, const std::
   for_each_isa([&]<class Isa>(Isa) {
     if (wanted != Isa::name) return;
     const int count = threads > 0 ? threads : 1;
-    made = instantiate(model, OpenMP{count, Isa::value}, count, progress);  // of one thread: Serial at every launch
+    made = instantiate(model, OpenMP{count, Isa::value}, count, progress);  // with one thread every launch is serial
   });
   if (!made) throw InputError("instructions: this build on this CPU has no \"" + wanted + "\"");
   return made;

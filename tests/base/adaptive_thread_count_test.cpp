@@ -23,7 +23,7 @@ struct Spent {
 };
 
 /// Runs steps for `seconds`; the time of each varies by up to `noise` of it.
-Spent work(ThreadChoice& choice, const Machine& machine, double seconds, double noise, Random& random) {
+Spent work(AdaptiveThreadCount& choice, const Machine& machine, double seconds, double noise, Random& random) {
   Spent spent;
   while (spent.all < seconds) {
     const bool together = choice.threads() > 1;
@@ -46,7 +46,7 @@ void for_each_step_length(const Check& check) {
 
 TEST(AdaptiveThreadCount, OnAQuietMachineAllThreadsWork) {
   for_each_step_length([](double step, Random& random) {
-    ThreadChoice choice(2);
+    AdaptiveThreadCount choice(2);
     work(choice, {step, step / 1.6}, std::max(0.25, 5 * step), 0.1, random);  // the first steps
     const Spent spent = work(choice, {step, step / 1.6}, 300 * std::max(step, 0.05), 0.1, random);
     EXPECT_EQ(spent.alone, 0);
@@ -58,7 +58,7 @@ TEST(AdaptiveThreadCount, WhereATeamIsSlowStepsTakeATenthMoreThanOnOneThread) {
   for (const double slower : {1.05, 1.5, 3.0, 19.0})
     for (const double share : {1.0, 0.5})
       for_each_step_length([&](double step, Random& random) {
-        ThreadChoice choice(2);
+        AdaptiveThreadCount choice(2);
         const Machine busy{step, step * slower, share};
         const Spent spent = work(choice, busy, 1000 * std::max(step, 0.05), 0.02, random);
         EXPECT_LT(spent.all / spent.steps, 1.1 * step) << slower << " times slower, a share of " << share;
@@ -67,7 +67,7 @@ TEST(AdaptiveThreadCount, WhereATeamIsSlowStepsTakeATenthMoreThanOnOneThread) {
 
 TEST(AdaptiveThreadCount, AllWorkAgainSoonAfterOtherProgramsHaveEnded) {
   for_each_step_length([](double step, Random& random) {
-    ThreadChoice choice(2);
+    AdaptiveThreadCount choice(2);
     work(choice, {step, step * 19, 0.5}, 1000 * std::max(step, 0.05), 0.1, random);
     const Machine quiet{step, step / 1.6, 1};
     work(choice, quiet, 3 * std::max(step, 0.05), 0.1, random);
@@ -77,7 +77,7 @@ TEST(AdaptiveThreadCount, AllWorkAgainSoonAfterOtherProgramsHaveEnded) {
 
 TEST(AdaptiveThreadCount, OneWorksSoonAfterOtherProgramsHaveCome) {
   for_each_step_length([](double step, Random& random) {
-    ThreadChoice choice(2);
+    AdaptiveThreadCount choice(2);
     work(choice, {step, step / 1.6}, 100 * std::max(step, 0.05), 0.1, random);
     const Machine busy{step, step * 5, 0.5};
     work(choice, busy, 3 * std::max(5 * step, 0.05), 0.1, random);
@@ -89,7 +89,7 @@ TEST(AdaptiveThreadCount, OneWorksSoonAfterOtherProgramsHaveCome) {
 /// A cloth that falls through the air until it folds.
 TEST(AdaptiveThreadCount, AllWorkSoonAfterStepsHaveMoreToDo) {
   for_each_step_length([](double step, Random& random) {
-    ThreadChoice choice(2);
+    AdaptiveThreadCount choice(2);
     work(choice, {step, step * 1.2}, 1000 * std::max(step, 0.05), 0.1, random);
     const Machine heavier{4 * step, 4 * step / 1.6};
     work(choice, heavier, 4 * std::max(4 * step, 0.05), 0.1, random);
@@ -98,7 +98,7 @@ TEST(AdaptiveThreadCount, AllWorkSoonAfterStepsHaveMoreToDo) {
 }
 
 TEST(AdaptiveThreadCount, OfOneThreadIsOne) {
-  ThreadChoice choice(1);
+  AdaptiveThreadCount choice(1);
   for (int i = 0; i < 100; ++i) {
     EXPECT_EQ(choice.threads(), 1);
     choice.took(1, 0.1);
@@ -107,12 +107,12 @@ TEST(AdaptiveThreadCount, OfOneThreadIsOne) {
 
 /// The time that a thread ran is measured however busy the machine is: it passes only while the thread has a core.
 TEST(AdaptiveThreadCount, TellsAThreadThatComputesFromOneThatHasNoCore) {
-  const ThreadChoice::Took sleeping =
-      ThreadChoice::time_of([] { std::this_thread::sleep_for(std::chrono::milliseconds(20)); });
+  const AdaptiveThreadCount::Took sleeping =
+      AdaptiveThreadCount::time_of([] { std::this_thread::sleep_for(std::chrono::milliseconds(20)); });
   EXPECT_GE(sleeping.wall, 0.02);
   EXPECT_LT(sleeping.running, 0.01);
   double done = 0;
-  const ThreadChoice::Took computing = ThreadChoice::time_of([&] {
+  const AdaptiveThreadCount::Took computing = AdaptiveThreadCount::time_of([&] {
     volatile double sum = 0;
     while (done < 0.02)
       done += thread_seconds([&] {
@@ -124,7 +124,7 @@ TEST(AdaptiveThreadCount, TellsAThreadThatComputesFromOneThatHasNoCore) {
 }
 
 TEST(AdaptiveThreadCount, LimitsWhatAStepLaunchesEvenIfItThrows) {
-  ThreadChoice choice(8);
+  AdaptiveThreadCount choice(8);
   choice.take([] { EXPECT_EQ(max_threads, 1); });
   EXPECT_THROW(choice.take([] { throw 1; }), int);
   EXPECT_EQ(max_threads, kAllThreads);

@@ -129,7 +129,7 @@ TEST(WarningOfSag, NamesSubstepsThatAreEnough) {
   SolverSpec solver = without_levels();
   solver.substeps = 1;
   Simulation simulation(sheet_of(65, true, solver), {.threads = 1});
-  const double strain = worst_sag(simulation.model()).swinging;
+  const double strain = worst_pin_strain(simulation.model()).swinging;
   solver.substeps = static_cast<int>(std::ceil(std::sqrt(strain / 0.5)));
   EXPECT_TRUE(has(warnings(simulation.model())[0], std::to_string(solver.substeps) + " substeps or more"));
   EXPECT_TRUE(warnings_of(sheet_of(65, true, solver)).empty());
@@ -373,7 +373,7 @@ TEST(WarningOfSwing, ComesWhereTheFilterHoldsATurningChainBackAndNotWhereItHardl
       chain.constraints = {compliant("distance", 1 / k, {"edges"})};
       Scene scene = scene_of({chain}, kEarth, 1.0 / 60, substeps);
       scene.solver.type = "desbrun";
-      const double damping = most_damped_swing(Simulation(scene, {.threads = 1}).model()).damping;
+      const double damping = worst_filter_damping(Simulation(scene, {.threads = 1}).model()).damping;
       // The part of the fall that the filter damps grows with the damping, up to all of it.
       if (damping > 0.2) {
         EXPECT_TRUE(warns_once(scene, "turning")) << k << " " << substeps;
