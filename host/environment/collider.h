@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Collider of all environment meshes of a scene: their contacts with the particles, substep by substep. Made only for
 // scenes that have an environment; without one there is no Embree device.
-#pragma single_mesh
+#pragma once
 #include <algorithm>
 #include <cmath>
 #include <deque>

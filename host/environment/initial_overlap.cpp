@@ -257,8 +257,8 @@ void note_starts_behind(Model& model) {
       const int i = number[user], j = number[other];
       if (!held[i] || !held[j]) sheet.check(i, model.x[i], j, model.x[j]);
     };
-    for_each_face_side(model.look.faces, check);
-    for (const Edge& line : model.look.lines) check(line[0], line[1]);
+    for_each_face_side(model.render_mesh.faces, check);
+    for (const Edge& line : model.render_mesh.lines) check(line[0], line[1]);
     sheet.add_notes(model);
   }
 }

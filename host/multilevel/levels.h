@@ -28,10 +28,10 @@ class Levels {
       const auto lay_out = [&](const auto& finer, TransferOperator* prolongation) {
         const std::vector<Patch> patches = finer.patches();
         const std::vector<Segment> segments = finer.segments();
-        const auto goals = fused || l > 0 ? goals_by_patch(patches, segments) : goals_in_order(levels[l].down, kPiece);
-        const MeanPlan plan = plan_means(levels[l].down, goals);
+        const auto goals = fused || l > 0 ? goals_by_patch(patches, segments) : goals_in_order(levels[l].prolongation, kPiece);
+        const MeanPlan plan = plan_means(levels[l].prolongation, goals);
         *prolongation = TransferOperator(plan);
-        levels_.emplace_back(executor, levels[l], plan_parts(levels[l].up, patches, segments), plan.in_columns(),
+        levels_.emplace_back(executor, levels[l], plan_parts(levels[l].restriction, patches, segments), plan.in_columns(),
                              threads);
       };
       if (l == 0)
@@ -41,7 +41,7 @@ class Levels {
     }
     if (fused && interactive)
       unfused_prolongation_ =
-          TransferOperator(plan_means(levels.front().down, goals_in_order(levels.front().down, kPiece)));
+          TransferOperator(plan_means(levels.front().prolongation, goals_in_order(levels.front().prolongation, kPiece)));
   }
 
   /// The coarse correction that a predicting solve of the finest level adds.

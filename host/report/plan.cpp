@@ -69,7 +69,7 @@ Json constraints(const Model& model, const SolverStats& facts) {
     all.push_back({{"type", set.type}, {"count", set.count()}, {"filtered", true}});
     all.back()["compliance"] = set.compliance.value_or(0), all.back()["compliance_scaled"] = !set.softness.empty();
   }
-  for (const UserConstraintStats& own : facts.own)
+  for (const UserConstraintStats& own : facts.user_constraints)
     all.push_back({{"type", "user"},
                    {"name", own.name},
                    {"count", own.constraints},
@@ -84,7 +84,7 @@ void add_optional_parts(Json& json, const Model& model, const SolverStats& facts
   if (scene.solver.type == "desbrun") json["solver"]["iterations_are_limit"] = true;
   if (const std::string rounding = rounding_of("the duration", scene.duration, scene.solver.dt); !rounding.empty())
     json["duration_rounding"] = rounding;
-  if (const std::string coarse = resolution_warning(model, model.look.points); !coarse.empty())
+  if (const std::string coarse = resolution_warning(model, model.render_mesh.points); !coarse.empty())
     json["resolution"] = coarse;
   if (!model.free.empty()) json["momentum_corrected_bodies"] = model.free.size();
   if (scene.sleep) json["sleep"] = {{"below_speed_m_per_s", scene.sleep->speed}, {"after_s", scene.sleep->after}};

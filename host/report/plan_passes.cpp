@@ -94,7 +94,7 @@ std::vector<StepPass> step_passes(const Model& model, const SolverStats& of_scen
   line("contact", (iterations + substeps) * obstacles + (bounces ? 3 * substeps : 0));
   std::size_t own_launches = 0;  // one gather at the start of a substep, batches in a symmetric sweep, and a scatter
   for (const UserConstraintStats& user_constraints : facts.user_constraints)
-    own_launches += substeps + 2 * iterations * static_cast<std::size_t>(std::max(2 * own.batches - 2, 1));
+    own_launches += substeps + 2 * iterations * static_cast<std::size_t>(std::max(2 * user_constraints.batches - 2, 1));
   line("user_constraints", own_launches);
   if (facts.self)
     all.push_back(

@@ -237,7 +237,7 @@ Simulation::Simulation(const Scene& scene, const SimulationOptions& options) : p
   });
   doing(scene.environment.empty() ? "colouring and laying out" : "colouring and laying out, building trees");
   parts_->times.solver_seconds = seconds([&] { parts_->make_solver_for_model(); });
-  if (malha::tears(scene)) parts_->untorn = parts_->model.render_mesh, parts_->hash_of_scene();
+  if (can_tear(scene)) parts_->untorn = parts_->model.render_mesh, parts_->hash_of_scene();
 }
 Simulation::Simulation(Simulation&&) noexcept = default;
 Simulation& Simulation::operator=(Simulation&&) noexcept = default;
@@ -411,7 +411,7 @@ std::int64_t Simulation::load_checkpoint(const std::string& path) {
 }
 
 void Simulation::transfer_state_from(const Simulation& before) {
-  if (malha::tears(model().scene) && !before.parts_->splits.empty()) parts_->rebuild_with_splits(before.parts_->splits);
+  if (can_tear(model().scene) && !before.parts_->splits.empty()) parts_->rebuild_with_splits(before.parts_->splits);
   const RenderMesh &now = model().render_mesh, &then = before.model().render_mesh;
   std::vector<Vec3> x = positions(), v = velocities();
   const std::vector<Vec3> x_then = before.positions(), v_then = before.velocities();

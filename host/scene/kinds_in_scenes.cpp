@@ -14,7 +14,7 @@ const std::vector<ConstraintSchema>& constraint_kinds() {
     for_each_constraint([&all]<class Kind>(Kind) {
       const Parameter& p = Kind::parameter;
       const Strength& s = Kind::strength;
-      all.push_back({Kind::name, p.name, p.default_value, p.minimum, p.minimum_allowed, p.maximum, s.free,
+      all.push_back({Kind::name, p.name, p.default_value, p.minimum, p.minimum_allowed, p.maximum, s.accepts_stiffness,
                      s.modulus ? s.modulus : "", s.unit ? s.unit : "", Kind::element == Element::Edges});
     });
     // These are not in the registry, because they have no batches: pressure acts on a whole mesh, long_range on one

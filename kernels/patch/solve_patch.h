@@ -250,7 +250,7 @@ struct SolvePatch {
 
   /// Instantiates only the updates that a kind can have.
   template <class Group, class Local>
-  KERNEL_NOINLINE void project_set(const Group& group, const Patch& patch, int begin, int end, bool forward,
+  KERNEL_NOINLINE void project_set(const Group& group, const Patch& patch, int begin, int end, bool in_order,
                                    const Local& local) const {
     const SetView<R>& set = sets[batches[patch.batch + begin].set];
     for_each_constraint([&]<class Kind>(Kind) KERNEL_LAMBDA {
@@ -259,7 +259,7 @@ struct SolvePatch {
         if (set.update == Updated::value)
           group.call_outlined(begin, end,
                               ProjectSet<Kind, Updated::value, Group, Local>{this, group, &patch, local, &set,
-                                                                             forward ? -1 : begin + end - 1});
+                                                                             in_order ? -1 : begin + end - 1});
       };
       if constexpr (Kind::strength.accepts_stiffness) by(By<Update::Stiff>()), by(By<Update::Compliant>());
       if constexpr (takes_material<Kind>())

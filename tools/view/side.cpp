@@ -18,9 +18,9 @@ constexpr double kCompliance = 1e-3;            // m/N, of the handle's spring: 
 
 std::shared_ptr<const Body> body_of(const Model& model) {
   auto body = std::make_shared<Body>();
-  body->mesh = model.look;
-  const Mesh mesh{model.look.points, model.look.faces, model.look.lines, {}};
-  std::vector<bool> used(model.look.points.size(), false);
+  body->mesh = model.render_mesh;
+  const Mesh mesh{model.render_mesh.points, model.render_mesh.faces, model.render_mesh.lines, {}};
+  std::vector<bool> used(model.render_mesh.points.size(), false);
   for (const Triangle& t : triangles(mesh)) {
     body->triangles.push_back({unsigned(t[0]), unsigned(t[1]), unsigned(t[2])});
     for (const int i : t) used[i] = true;
@@ -73,7 +73,7 @@ void Side::restore_scene(const std::shared_ptr<const Scene>& scene) {
 }
 
 void Side::update_body() {
-  const RenderMesh& look = simulation_->model().look;
+  const RenderMesh& look = simulation_->model().render_mesh;
   const auto same = [&look](const RenderMesh& one) {
     return one.points == look.points && one.faces == look.faces && one.lines == look.lines &&
            one.body_begin == look.body_begin;
