@@ -71,7 +71,7 @@ Scene hammock(double weight, int substeps, std::optional<double> compliance = st
   return scene;
 }
 
-std::vector<std::string> said_of_a_second(const Scene& scene) { return overstretched(after(scene, 1)); }
+std::vector<std::string> said_of_a_second(const Scene& scene) { return overstretch_warnings(after(scene, 1)); }
 
 TEST(AnOverstretchedBody, IsNamedWhereItsLoadAsksForMoreSubsteps) {
   EXPECT_TRUE(said_of_a_second(hammock(1, 20)).empty()) << "a light block";
@@ -90,7 +90,7 @@ TEST(AnOverstretchedBody, IsNoneWhereItsOwnElasticityExplainsIt) {
   // Springs of 50 N/m that substeps of 1/600 s resolve: h^2 2 w / alpha is 0.04.
   const Simulation soft = after(hammock(3, 10, 0.02), 1);
   EXPECT_GT(soft.times().strains.largest, 0.3) << "it is stretched indeed";
-  EXPECT_TRUE(overstretched(soft).empty());
+  EXPECT_TRUE(overstretch_warnings(soft).empty());
 }
 
 TEST(AnOverstretchedBody, IsNoneWhereItsPinsOrItsOwnLengthsStretchIt) {

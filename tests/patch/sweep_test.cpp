@@ -75,7 +75,8 @@ class ScalarSweep {
  private:
   /// The patches of one phase share no particles, so that their order does not matter.
   void project_phase(const Displaced<R>& p, int phase, bool there) {
-    for (int k = plan_.phase_begin[phase]; k < plan_.phase_begin[phase + 1]; ++k) solve(p, plan_.patches[k], there);
+    for (int k = plan_.phase_begin[phase]; k < plan_.phase_begin[phase + 1]; ++k)
+      project_patch(p, plan_.patches[k], there);
   }
 
   void project_patch(const Displaced<R>& p, const Patch& patch, bool there) {
@@ -131,7 +132,8 @@ class ScalarSweep {
     R sum = product(grad, along);
     bool turned = false;
     if constexpr (limits_turn<Kind>())
-      turned = !(R(Kind::min_turn_cosine * Kind::min_turn_cosine) * product(grad, grad) * product(along, along) <= sum * sum);
+      turned = !(R(Kind::min_turn_cosine * Kind::min_turn_cosine) * product(grad, grad) * product(along, along) <=
+                 sum * sum);
     R& lambda = lambda_[s][c];  // a stiffness has no multiplier
     const R wanted = set.compliance ? -C - scale * alpha * lambda : -C * k_[s];
     // As in kernels/projection/direction.h: applied / per times `along`; for two particles without the size, which

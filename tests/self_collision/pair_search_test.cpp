@@ -180,7 +180,7 @@ TYPED_TEST(PairSearchOf, ATangleHasColoursOfPatchesThatShareNothing) {
     std::set<int> seen;
     for (const int u : patches)
       for (int k = 0; k < pairs.patches[u].particle_count; ++k)
-        EXPECT_TRUE(seen.insert(pairs.particles_begin[pairs.patches[u].particles_begin + k]).second)
+        EXPECT_TRUE(seen.insert(pairs.patch_particles[pairs.patches[u].particles_begin + k]).second)
             << "phase " << phase;
   }
 }

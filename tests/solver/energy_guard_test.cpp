@@ -117,7 +117,7 @@ struct GuardedBody {
   bool refuses(double height, double speed) {
     for (std::size_t i = 0; i < model.x.size(); ++i) x.set(i, {0, height, 0}), v.set(i, {speed, 0, 0});
     return guard
-        .watch(
+        .check(
             Particles<double>{model.count(), x.points(), v.points(), {x.points(), d.points(), {}}, w.data()},
             guard.every(), [this] { return x.download(); }, [this] { return v.download(); })
         .has_value();
