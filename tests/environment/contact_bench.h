@@ -33,7 +33,7 @@ class ContactBench {
     for (int i = 0; i < iterations; ++i) collider_.solve_contacts(all);
     parallel_reduce<FirstIndex>(executor_, n, UpdateState<R>{all, R(h), R(1 / h)});
     collider_.restitute(all, 2 * h * norm(gravity), h);
-    if (collider_.bounces()) parallel_for(executor_, n, CommitPositions<R>{all.p});
+    if (collider_.bounces()) parallel_for(executor_, n, AdvanceAll<R>{all.p});
     time_ += h;
   }
 
