@@ -35,7 +35,8 @@ struct ContactQuery {
   /// Reads the position of a particle and its last record. Returns false if it cannot have come near the mesh since.
   KERNEL bool may_be_near(int i, Query& query) const {
     query.i = i;
-    query.a = to_local(before, in_double(particles.x[i])), query.b = to_local(after, particles.p.position_without_low(i));
+    query.a = to_local(before, in_double(particles.x[i])),
+    query.b = to_local(after, particles.p.position_without_low(i));
     query.last = cache.record(i, query.a);
     query.path = norm(query.b - query.a);
     // Contact planes are set a thickness early: neighbours may pull the particle further than its own velocity.

@@ -175,7 +175,8 @@ struct FindContact : ContactQuery<R> {
 
   /// Contact of a path that may pass a corner: with the first crossing, or else with the surface near its end.
   void sweep(int i, const Point& outward) const {
-    const Point a = to_local(before, in_double(particles.x[i])), b = to_local(after, particles.p.position_without_low(i));
+    const Point a = to_local(before, in_double(particles.x[i])),
+                b = to_local(after, particles.p.position_without_low(i));
     const Crossing crossing = mesh_surface->crossing(a, b, thickness, sides != Sides::TwoSided);
     if (crossing.hit) {
       const bool flip =

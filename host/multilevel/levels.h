@@ -28,11 +28,12 @@ class Levels {
       const auto lay_out = [&](const auto& finer, TransferOperator* prolongation) {
         const std::vector<Patch> patches = finer.patches();
         const std::vector<Segment> segments = finer.segments();
-        const auto goals = fused || l > 0 ? goals_by_patch(patches, segments) : goals_in_order(levels[l].prolongation, kPiece);
+        const auto goals =
+            fused || l > 0 ? goals_by_patch(patches, segments) : goals_in_order(levels[l].prolongation, kPiece);
         const MeanPlan plan = plan_means(levels[l].prolongation, goals);
         *prolongation = TransferOperator(plan);
-        levels_.emplace_back(executor, levels[l], plan_parts(levels[l].restriction, patches, segments), plan.in_columns(),
-                             threads);
+        levels_.emplace_back(executor, levels[l], plan_parts(levels[l].restriction, patches, segments),
+                             plan.in_columns(), threads);
       };
       if (l == 0)
         lay_out(finest, &prolongation_);
@@ -40,8 +41,8 @@ class Levels {
         lay_out(levels_[l - 1].sweep, &levels_[l - 1].prolongation);
     }
     if (fused && interactive)
-      unfused_prolongation_ =
-          TransferOperator(plan_means(levels.front().prolongation, goals_in_order(levels.front().prolongation, kPiece)));
+      unfused_prolongation_ = TransferOperator(
+          plan_means(levels.front().prolongation, goals_in_order(levels.front().prolongation, kPiece)));
   }
 
   /// The coarse correction that a predicting solve of the finest level adds.

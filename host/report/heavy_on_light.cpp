@@ -83,7 +83,8 @@ std::vector<BodyAtStart> bodies_at_start(const Model& model, double gravity) {
   for (std::size_t b = 0; b < all.size(); ++b) {
     BodyAtStart& of = all[b];
     of.free = of.free || is_released(scene.bodies[b]);
-    for (int i = model.render_mesh.body_begin[b]; i < model.render_mesh.body_begin[b + 1]; ++i) of.add(axes, model.render_mesh.points[i]);
+    for (int i = model.render_mesh.body_begin[b]; i < model.render_mesh.body_begin[b + 1]; ++i)
+      of.add(axes, model.render_mesh.points[i]);
     const std::vector<std::string>& touching = scene.self_collision->bodies;  // empty: all
     const bool named = std::find(touching.begin(), touching.end(), scene.bodies[b].name) != touching.end();
     of.touches = touching.empty() || named;

@@ -15,11 +15,11 @@ namespace malha {
 namespace {
 
 // Boundaries at which the trials of the study turn from right to wrong.
-constexpr double kSwingingStrain = 0.5;           // strain while swinging
-constexpr double kPaperTorque = 0.01;  // k h^2 / m
-constexpr double kOffTorque = 0.2;     // k h^2 / m, for each solve of a substep
-constexpr double kPinnedFall = 0.4;    // g h^2 / l
-constexpr double kDamping = 0.2;       // ratio to critical damping
+constexpr double kSwingingStrain = 0.5;  // strain while swinging
+constexpr double kPaperTorque = 0.01;    // k h^2 / m
+constexpr double kOffTorque = 0.2;       // k h^2 / m, for each solve of a substep
+constexpr double kPinnedFall = 0.4;      // g h^2 / l
+constexpr double kDamping = 0.2;         // ratio to critical damping
 // Cells that a shear wave travels in a substep over the root of the iterations. At 0.25, nine beams sag under their
 // weight by -4 to 10 % too far with one iteration and by up to 22 % with more; at 0.4, by 31 to 77 %.
 constexpr double kShearWave = 0.25;
@@ -60,16 +60,16 @@ std::vector<std::string> warnings(const Model& model) {
   if (const std::string coarse = resolution_warning(model, model.render_mesh.points); !coarse.empty())
     lines.push_back(coarse + shown_by("distance"));
   if (const PinStrain strain = worst_pin_strain(model); strain.swinging > kSwingingStrain)
-    lines.push_back("body '" + scene.bodies[strain.body].name + "': with " + counted(solver.substeps, "substep") + " of " +
-                    counted(solver.iterations, "iteration") + " the constraints next to its pins stretch by some " +
-                    shown(percent(strain.strain)) + " % under its weight, and by up to " + shown(percent(strain.swinging)) +
-                    " % while it swings; take " +
-                    (strain.swinging * strain.stiffness <= kSwingingStrain
-                         ? "a \"compliance\" instead of its \"stiffness\"" + shown_by("stiffness")
-                         : (strain.auto_levels_act ? "\"levels\": \"auto\", or " : "") +
-                               shown(std::ceil(solver.substeps * std::sqrt(strain.swinging / kSwingingStrain))) +
-                               " substeps or more, or \"long_range\"" +
-                               shown_by(strain.of_faces ? "resolution" : "masses")));
+    lines.push_back(
+        "body '" + scene.bodies[strain.body].name + "': with " + counted(solver.substeps, "substep") + " of " +
+        counted(solver.iterations, "iteration") + " the constraints next to its pins stretch by some " +
+        shown(percent(strain.strain)) + " % under its weight, and by up to " + shown(percent(strain.swinging)) +
+        " % while it swings; take " +
+        (strain.swinging * strain.stiffness <= kSwingingStrain
+             ? "a \"compliance\" instead of its \"stiffness\"" + shown_by("stiffness")
+             : (strain.auto_levels_act ? "\"levels\": \"auto\", or " : "") +
+                   shown(std::ceil(solver.substeps * std::sqrt(strain.swinging / kSwingingStrain))) +
+                   " substeps or more, or \"long_range\"" + shown_by(strain.of_faces ? "resolution" : "masses")));
   if (const ShearWave wave = fastest_shear_wave(model); wave.cells > kShearWave)
     lines.push_back("body '" + scene.bodies[wave.body].name + "': a shear wave travels through " +
                     shown(two_digits(wave.cells * std::sqrt(solver.iterations))) + " of its cells in a substep of " +
@@ -123,9 +123,9 @@ std::vector<std::string> warnings(const Model& model) {
     lines.push_back("\"filter_external_forces\": false leaves springs next to pins some " + shown(percent(fallen)) +
                     " % too long; set it to true, or take more substeps" + shown_by("weight"));
   if (const FilterDamping filter = worst_filter_damping(model); filter.damping > kDamping)
-    lines.push_back("body '" + scene.bodies[filter.body].name + "': the filter damps its swinging about its pins with " +
-                    shown(two_digits(filter.damping)) + " times the critical damping; take " +
-                    less_damped(model, filter) + shown_by("turning"));
+    lines.push_back("body '" + scene.bodies[filter.body].name +
+                    "': the filter damps its swinging about its pins with " + shown(two_digits(filter.damping)) +
+                    " times the critical damping; take " + less_damped(model, filter) + shown_by("turning"));
   return lines;
 }
 

@@ -53,7 +53,7 @@ struct Simulation::Parts {
   SimulationOptions options;
   RunTimes times;
   int threads = 1;
-  std::optional<AdaptiveThreadCount> choice;             // none: always all threads
+  std::optional<AdaptiveThreadCount> choice;      // none: always all threads
   std::optional<std::uint64_t> scene;             // hash of the scene at the start, computed when it is first needed
   std::optional<std::vector<int>> pins_at_start;  // set once pins were changed, because layouts depend on them
   // For scenes that tear:

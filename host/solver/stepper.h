@@ -364,7 +364,7 @@ class TimeStepper : public Solver {
 
   void truncate_motion(const Particles<R>& all) {
     malha::apply_final_guards(self_, edges_, collider_, kinematic_, all,
-                      [&](Pass pass, const auto& work) { timed(pass, work); });
+                              [&](Pass pass, const auto& work) { timed(pass, work); });
   }
   /// Restitution moves particles again after the substep; that motion is guarded against intersections too.
   void apply_restitution(const Particles<R>& all, double h) {

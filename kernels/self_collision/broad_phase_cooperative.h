@@ -73,7 +73,7 @@ struct FindCandidatesCooperatively {
 
   template <PairKind kind, class Group>
   KERNEL_NOINLINE void compare_clusters(const Group& group, SharedMemory& shared, int one, int other,
-                                     bool wire_edge) const {
+                                        bool wire_edge) const {
     constexpr ClusterItems kOne = kOneSide<kind>, kOther = kOtherSide<kind>;
     const auto leaf = [&](ClusterItems items, int unit)
                           KERNEL_LAMBDA { return query.clusters.begin[items][unit] / kBranch; };

@@ -91,7 +91,8 @@ void instantiate_all() {
   instantiate_groups<MeasureMomenta<R, R, false, false>, MeasureMomenta<R, R, false, true>,
                      MeasureMomenta<R, R, true, false>, MeasureMomenta<R, double, false, true>, StoreMomenta,
                      AddRigidMotion<R>, DampTowardsRigid<R>>();
-  instantiate<ComputeMomentumCorrection<R>, ComputeRigidMotion<R>, ComputeMeanMotion, SumTorque<R>, ComputeAngularAcceleration>();
+  instantiate<ComputeMomentumCorrection<R>, ComputeRigidMotion<R>, ComputeMeanMotion, SumTorque<R>,
+              ComputeAngularAcceleration>();
   instantiate<Predict<R>, Drag<R>, UpdateState<R>, AdvanceAll<R>, StoreOrigins<R>>();
   instantiate<SumMass<R>, MeasureMotion<R>>();
   instantiate<EnclosedVolume<Points<R>>, EnclosedVolume<Displaced<R>>, PressureGradient<R>, MeasureInertia<R>,
