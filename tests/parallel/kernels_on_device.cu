@@ -93,7 +93,7 @@ void instantiate_all() {
                      AddRigidMotion<R>, DampTowardsRigid<R>>();
   instantiate<ComputeMomentumCorrection<R>, ComputeRigidMotion<R>, ComputeMeanMotion, SumTorque<R>,
               ComputeAngularAcceleration>();
-  instantiate<Predict<R>, Drag<R>, UpdateState<R>, AdvanceAll<R>, StoreOrigins<R>>();
+  instantiate<Predict<R>, Drag<R>, UpdateState<R>, AdvanceAll<R>, SetOrigins<R>>();
   instantiate<SumMass<R>, MeasureMotion<R>>();
   instantiate<EnclosedVolume<Points<R>>, EnclosedVolume<Displaced<R>>, PressureGradient<R>, MeasureInertia<R>,
               SumAlongPressure<R>, StorePressureForce<R>, ApplyFilteredPressure<R>, ApplyPressure<R>>();
