@@ -157,7 +157,7 @@ class SelfCollider {
   }
 
   Trajectories<R> motions() const { return {x0_.points().of, moved_.points().of, origin()}; }
-  CommonFrame<R> frame() const { return {to_R(memory_.frame_offset), to_R(memory_.frame_velocity)}; }
+  CommonFrame<R> frame() const { return {to_R(memory_.frame_offset), to_R(memory_.frame_displacement)}; }
   void store_motion(const Particles<R>& particles) {
     parallel_for(executor_, count_, ComputeDisplacements<R>{particles.p, particles.w, motions()}, kGrain);
   }
@@ -203,21 +203,21 @@ class SelfCollider {
   }
   /// Broad phase from the present positions, in a frame that moves by `moves` in this substep, `ahead` substeps ahead.
   void search(const Vec3& moves, int ahead) {
-    memory_.frame_offset = {}, memory_.frame_velocity = moves, memory_.valid = memory_.age = 1;
+    memory_.frame_offset = {}, memory_.frame_displacement = moves, memory_.valid = memory_.age = 1;
     search_.search(motions(), to_R(moves), ahead);
     ++facts_.searches;
   }
 
   /// Broad phase where the last one is no longer valid, and narrow phase.
   void update_contacts() {
-    for (int k = 0; k < 3; ++k) memory_.frame_offset[k] += memory_.frame_velocity[k];
+    for (int k = 0; k < 3; ++k) memory_.frame_offset[k] += memory_.frame_displacement[k];
     const SelfChecks<R> checks = check_start();
-    memory_.frame_velocity = common(checks.mean);
+    memory_.frame_displacement = common(checks.mean);
     if (!memory_.valid || checks.stay.outside > 0) {
       // Look ahead as far as the last broad phase served, or farther if it served to its horizon.
       memory_.horizon =
           memory_.age < memory_.horizon ? memory_.age : std::min(2 * memory_.horizon, SearchMemory::kMaxAhead);
-      search(memory_.frame_velocity, memory_.horizon);
+      search(memory_.frame_displacement, memory_.horizon);
     } else {
       ++memory_.age;
     }
@@ -408,7 +408,7 @@ class SelfCollider {
 
   /// Pushes particles that kinematic ones would penetrate ahead of these. Returns whether any kinematic particle moves.
   bool push_by_kinematic(const Particles<R>& particles) {
-    const MarkPushed<R> mark{motions(), states_.at_least(count_ + 1)};
+    const MarkPushing<R> mark{motions(), states_.at_least(count_ + 1)};
     if (parallel_reduce<Sum>(executor_, count_, mark, kGrain).value == 0) return false;
     for (; pushes_left_ > 0 && count_violations(false, nullptr) > 0; --pushes_left_) {
       const PushByKinematic<R> push{motions(), search_.pairs(), rules_, violations_.data(),

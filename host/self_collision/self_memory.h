@@ -13,7 +13,7 @@ struct SearchMemory {
   static constexpr std::int32_t kMaxAhead = 8;
   std::array<double, 3> origin{};  // m, of x0 and of `from`
   std::array<double, 3> frame_offset{},
-      frame_velocity{};               // m: of the frame, from the search to the start of the substep, and in it
+      frame_displacement{};           // m: of the frame, from the search to the start of the substep, and in it
   std::int32_t valid = 0;             // 1 if the last search is still valid
   std::int32_t age = 1, horizon = 1;  // substeps that it has served, and substeps that searches look ahead
   std::int32_t crosses = 0;           // 1 if intersections of the start persist

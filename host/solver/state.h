@@ -109,7 +109,7 @@ namespace detail {
 
 inline void check_search(const SearchMemory& search, const std::string& file) {
   for (const auto& [what, place] :
-       {std::pair("frame of a search", search.frame_offset), std::pair("frame of a search", search.frame_velocity),
+       {std::pair("frame of a search", search.frame_offset), std::pair("frame of a search", search.frame_displacement),
         std::pair("origin of parted positions", search.origin)})
     for (const double number : place)
       if (!(std::abs(number) <= 1e18)) refuse(file, what, shown(number), "numbers up to 1e18");

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Time stepper, the base of all methods, for any executor and precision: a substep of damping, wind, prediction (by the
-// method), projection of constraints, collision and state update. Passes that a scene does not use are not made.
+// Time stepper, the base of all methods, for any executor and precision: the order of a step, which host/README.md
+// lists under "A step", the state of the particles, and what the user does between steps. A pass that a scene does not
+// use is not made.
 #pragma once
 #include <algorithm>
 #include <iterator>

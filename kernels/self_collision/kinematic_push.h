@@ -15,15 +15,15 @@ struct CountFixed {
   KERNEL Sum operator()(int i) const { return {takes_part[i] && !(w[i] > R(0)) ? 1.0 : 0.0}; }
 };
 
-/// Marks the fixed particles that move. Returns how many there are.
+/// Marks the fixed particles that move: these push. Returns how many there are.
 template <class R>
-struct MarkPushed {
+struct MarkPushing {
   Trajectories<R> motions;
   MotionState* states;
   KERNEL Sum operator()(int i) const {
     const Vec4<R> m = motions.moved[i];
     const bool pushes = m.w == R(0) && (m.x != R(0) || m.y != R(0) || m.z != R(0));
-    states[i] = pushes ? MotionState::Pushed : MotionState::Free;
+    states[i] = pushes ? MotionState::Pushing : MotionState::Free;
     return {pushes ? 1.0 : 0.0};
   }
 };
@@ -55,7 +55,7 @@ struct PushByKinematic {
       i[j] = block.i[j][k] / kIndexScale<R>;
       at[j] = dot(n, motions.x0[i[j]].xyz() - motions.x0[i[0]].xyz()) + dot(n, motions.moved[i[j]].xyz());
       sides.add(j, first, at[j]);
-      const int pushes = states[i[j]] != MotionState::Pushed ? 0 : motions.moved[i[j]].w > R(0) ? 1 : 2;
+      const int pushes = states[i[j]] != MotionState::Pushing ? 0 : motions.moved[i[j]].w > R(0) ? 1 : 2;
       int& side = j < first ? one : other;
       side = pushes > side ? pushes : side;
     }
@@ -70,7 +70,7 @@ struct PushByKinematic {
       Vec4<R>& m = motions.moved[i[j]];
       if (!(m.w > R(0)) || (j < first ? at[j] >= low : at[j] <= high)) continue;
       m.set(m.xyz() + n * ((j < first ? low : high) - at[j]));
-      states[i[j]] = MotionState::Pushed;
+      states[i[j]] = MotionState::Pushing;
     }
   }
 };
@@ -105,7 +105,7 @@ struct MoveWithKinematic {
 
  private:
   KERNEL bool pushes(int i) const {
-    return states[i] == MotionState::Kinematic || (states[i] == MotionState::Pushed && !(motions.moved[i].w > R(0)));
+    return states[i] == MotionState::Kinematic || (states[i] == MotionState::Pushing && !(motions.moved[i].w > R(0)));
   }
   KERNEL Vector3<R> displacement_with(int by, int i) const {
     if (owners.of == nullptr || owners.of[by] == kNoOwner) return motions.moved[by].xyz();

@@ -51,11 +51,11 @@ struct ContactFrameDouble {
     double weight[4];
     for (int j = 0; j < 4; ++j) end[j] = x[j] + in_double(moved[block.i[j][k] / kIndexScale<R>].xyz());
     EvaluateCandidate<R>::weigh(first, end, weight);
-    const Vector3<double> is_pair = unit(EvaluateCandidate<R>::between(end, weight));
-    set_frame(is_pair, weight);
+    const Vector3<double> end_normal = unit(EvaluateCandidate<R>::between(end, weight));
+    set_frame(end_normal, weight);
     if (!(gap_of(x) > enough)) {
       for (int j = 0; j < 4; ++j) weight[j] = double(before.w[j]);
-      set_frame(unit(is_pair + in_double(before.n)), weight);
+      set_frame(unit(end_normal + in_double(before.n)), weight);
       if (!(min(gap_of(x), gap_of(end)) > enough)) {
         *this = before;
         return;

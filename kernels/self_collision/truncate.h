@@ -11,9 +11,10 @@
 
 namespace malha {
 
-/// State of a particle in the final guard. Pushed: by kinematic particles, out of their way; Truncating: its truncation
-/// is being computed; Truncated: done; Kinematic: it moves with a kinematic particle.
-enum class MotionState : unsigned char { Free, Pushed, Truncating, Truncated, Kinematic };
+/// State of a particle in the final guard. Pushing: it is fixed and moves, or a push has moved it, and so it pushes
+/// others out of its way; Truncating: its truncation is being computed; Truncated: done; Kinematic: it moves with a
+/// fixed one.
+enum class MotionState : unsigned char { Free, Pushing, Truncating, Truncated, Kinematic };
 
 /// Number of pairs that would intersect: those that truncation can still resolve (`free`), and those with fixed
 /// particles alone (`fixed`).

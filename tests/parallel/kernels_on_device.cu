@@ -108,7 +108,7 @@ void instantiate_all() {
               ApplyImpulses<R, TurnToWorld>, CountPushing<R>>();
   instantiate<FindEdgeViolations<R>, TruncateParticles<R, SetFromLocal<R>>, SumTruncation<R>, SumTruncatedMotion<R>,
               AddRigidCorrection<R>, SaveMotion<R>, ComputeTruncationChange<R>, LimitSpeed<R>, CopyPoints<R>,
-              CopyPoints<R, Displaced<R>>, CopyPoints<R, FromOrigin<R>>, CountFixed<R>, MarkPushed<R>>();
+              CopyPoints<R, Displaced<R>>, CopyPoints<R, FromOrigin<R>>, CountFixed<R>, MarkPushing<R>>();
   instantiate<ComputeDisplacements<R>, ApplyDisplacements<R>, CheckSweptBounds<R>, StoreCommonMotion<R>,
               ClampToSweptBounds<R>, InitSweptBounds<R>, ComputeSweptAabbs<R>>();
   instantiate<RefitLeaves<R>, RefitLevel<R>, CountPushes<R>, SumViolations<R>, TruncateDisplacements<R>>();

@@ -113,7 +113,7 @@ def test_pins_are_moved_between_steps(simulation):
     assert simulation.positions[[0, 12]].tolist() == [[0, 1, 0], [1, 1, 0]]
     with pytest.raises(malha.InputError, match="move_pin: found particle 5, which is not pinned"):
         simulation.move_pins(np.array([5]), [[0, 0, 0]])
-    with pytest.raises(malha.InputError, match="places of pins: found 1 row; allowed: 2, one a pin"):
+    with pytest.raises(malha.InputError, match="positions of pins: found 1 row; allowed: 2, one a pin"):
         simulation.move_pins([0, 12], [[0, 0, 0]])
 
 
