@@ -70,8 +70,8 @@ class Simulation {
   /// `interactive` is not set.
   void step(const SubstepCallback& after);
 
-  /// Runs the check for divergence now; step() runs it every 32 steps. Call it before results are used. Throws
-  /// Diverged.
+  /// Runs the check for divergence now; step() runs it every 32 to 128 steps. Call it before results are used.
+  /// Throws Diverged.
   void check_divergence();
 
   /// Moves a pinned particle to the point `to` (m) between two steps. Nothing is rebuilt or factored again. `particle`

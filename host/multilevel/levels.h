@@ -231,8 +231,8 @@ class Levels {
   PointArray<Executor, R> origins_;  // of each, in a step
   std::deque<LevelData> levels_;
   mutable std::vector<double> seconds_;    // of each
-  TransferOperator prolongation_;          // fused into patch solves, unless there is only this one
-  TransferOperator unfused_prolongation_;  // for a pass of its own; empty unless both are prepared
+  TransferOperator prolongation_;          // by patches, for fused solves; by pieces if none are fused
+  TransferOperator unfused_prolongation_;  // by pieces; empty unless both are prepared
 };
 
 }  // namespace malha

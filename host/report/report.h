@@ -15,7 +15,7 @@ namespace malha {
 struct RunTimes {
   double model_seconds = 0, solver_seconds = 0;  // parts of set-up
   StepStatistics steps;                          // durations of the steps
-  int steps_alone = 0;                           // steps on one thread of several (see ThreadChoice)
+  int steps_alone = 0;                           // steps on one thread of several (see AdaptiveThreadCount)
   int splits = 0, layouts = 0;                   // split vertices, and how often the solver was rebuilt for them
   double layout_seconds = 0;                     // time of these rebuilds
   std::int64_t most_crossings = 0;               // the largest count of all checks

@@ -43,9 +43,9 @@ class SelfCollider {
   void solve_contacts(const Particles<R>& particles);
 
   /// Final guard of a substep: no primitives intersect afterwards. Displacements of a jam are truncated; where
-  /// has_environment_contacts() is false, the bodies get their momentum back in end_substep(). `owners`: of particles
-  /// that environment objects have moved in this substep, and whose inverse mass is 0. Returns whether anything had to
-  /// move.
+  /// nothing is pinned or touches the environment, end_substep() gives bodies their momentum back. `owners`: of
+  /// particles that environment objects have moved in this substep, and whose inverse mass is 0. Returns whether
+  /// anything had to move.
   bool resolve_intersections(const Particles<R>& particles, const std::function<bool()>& has_environment_contacts,
                              const KinematicOwners& owners = {});
 
@@ -105,11 +105,12 @@ class SelfCollider {
   static constexpr double kLong =
       0.01;  // s: in longer substeps layers fall so far that one sweep leaves uneven contacts
   static constexpr int kLongSweeps = 3;
-  static constexpr double kPushDistance = 0.1;  // of the thickness: pairs that come as near in a substep are contacts
-  static constexpr double kFit = 0.5;           // of the margin of a swept box: constraints may use the rest
-  static constexpr double kLeastGap = 0.02;     // of the thickness
-  static constexpr double kRounding = 0.05;     // of the least gap
-  static constexpr double kNearOrigin = 0.25;   // of the distance from the origin at which rounding reaches kRounding
+  static constexpr double kPushDistance =
+      0.1;                                   // of the thickness, beyond the minimum distance: nearer pairs are contacts
+  static constexpr double kFit = 0.5;        // of the margin of a swept box: constraints may use the rest
+  static constexpr double kLeastGap = 0.02;  // of the thickness
+  static constexpr double kRounding = 0.05;  // of the least gap
+  static constexpr double kNearOrigin = 0.25;  // of the distance from the origin at which rounding reaches kRounding
 
   static BroadPhaseParams<R> broad_phase_params(double thickness) {
     return {R(0.1 * thickness), R(0.25), R(thickness), R(0.5 * thickness)};
@@ -270,7 +271,7 @@ class SelfCollider {
     if (!model.x.empty()) start.origin = origin_near(model.x[first_particle_], {});
     return start;
   }
-  /// Positions relative to the origin, as Displaced::near() has them, and a row of padding.
+  /// Positions relative to the origin, as Displaced::relative_to() has them, and a row of padding.
   std::vector<Vec3> padded_positions(const std::vector<Vec3>& x) const {
     std::vector<Vec3> all;
     for (const Vec3& a : x) {
@@ -383,7 +384,7 @@ class SelfCollider {
   void resolve_violations(const Particles<R>& particles, const BoundsViolations& stay, int left,
                           const KinematicOwners* owners, bool free) {
     if (stay.outside > 0) clamp_to_bounds(particles), left = count_violations(can_project_, nullptr);
-    // Project once a substep: after kinematic pushes and moves more projections hardly ever help.
+    // Only the first call of a substep projects: after pushes and moves it hardly ever helps.
     for (int more = 0; left > 0 && can_project_ && more < kMoreProjections; ++more) {
       project_contacts(particles);
       store_motion(particles);

@@ -302,9 +302,9 @@ class TimeStepper : public Solver {
   virtual void start_step() {}
   /// Computes v and p of a substep of h seconds from the forces on the particles, wind included.
   virtual void predict(double h) = 0;
-  /// Called between prediction and the first projection, after contact detection.
+  /// Called between prediction and the first projection, after contact detection: the levels' correction.
   virtual void correct(const Particles<R>& /*all*/) {}
-  /// Called at the start of a substep, before particles move.
+  /// Called once a substep, after prediction, detection and correct(), before the first iteration.
   virtual void start_pressures(const Particles<R>& all) {
     if (!pressures_.empty())
       timed(Pass::Pressure, [&] {
@@ -323,7 +323,7 @@ class TimeStepper : public Solver {
   virtual bool predict_does_substep() const { return false; }
   /// Called at the end of a substep of h seconds, unless predict() does the whole substep.
   virtual void end_substep(double /*h*/) {}
-  /// Called after every iteration. True if the constraints are satisfied within the tolerance.
+  /// Called after every iteration. True if no other is needed or allowed: by a tolerance, or a time budget.
   virtual bool converged() { return false; }
   /// Called when gravity changes, for methods that cache it.
   virtual void on_gravity_changed() {}
@@ -458,7 +458,7 @@ class TimeStepper : public Solver {
   void refuse(const std::optional<int>& non_finite) const {
     if (non_finite) refuse_non_finite(model_.user_index[*non_finite]);
   }
-  /// `lost`: a particle that is no longer finite, by the user's number.
+  /// `non_finite`: a particle whose position is not finite, by the user's number.
   [[noreturn]] void refuse_non_finite(int non_finite) const {
     throw Diverged("step " + std::to_string(steps_ + 1) + " (t = " + std::to_string(time()) +
                    " s): " + particle_name(model_, non_finite) + " has no finite position any more");

@@ -262,7 +262,7 @@ struct ResetCells {
 };
 
 /// Invalidates contacts before detection, except resting ones: the same position and a displacement up to max_path (m;
-/// below 0: the mesh moves) give the same contact.
+/// below 0: none, as for a moving mesh) give the same contact.
 template <class R>
 struct InvalidateContacts {
   Contact<R>* contacts;

@@ -27,7 +27,7 @@ constexpr double max_start_step_of(bool pressed, int iterations) {
 /// The largest single correction along the direction at the start, over the distance, for constraints that are not
 /// projected in batches.
 inline constexpr double kMaxStartCorrection = 0.25;
-/// The cosine, in the metric of the masses, of the largest angle (25 degrees) between both gradients.
+/// The cosine, in the metric of the masses, of the largest angle (26 degrees) between both gradients.
 inline constexpr double kMinTurnCosine = 0.9;
 
 /// The size of an element, squared: the largest distance of its particles from the first.

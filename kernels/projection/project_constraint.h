@@ -8,7 +8,7 @@
 
 namespace malha {
 
-/// Stiff: PBD, dp = -k' w grad C / sum w |grad C|^2 (Müller et al. 2006).
+/// Stiff: PBD, dp = -k' C w grad C / sum w |grad C|^2 (Müller et al. 2006).
 /// Compliant: XPBD, dlambda = (-C - alpha~ lambda) / (sum w |grad C|^2 + alpha~) (Macklin, Müller, Chentanez 2016).
 /// Material: XPBD with a compliance for each constraint, alpha~ times the last of its rest values.
 /// All of them move particles along grad C(x), the gradient at the start of the substep, and the product
@@ -82,7 +82,7 @@ struct SetView {
   Update update;  // how its constraints are projected
   int numbers;    // rest values of a constraint
   const LocalIndex* index[kMostParticles];
-  const R* rest;                // 16 slots after 16: their first values, then their second ones, ...
+  const R* rest;                // by blocks of 16 slots: the first value of each, then the second, ...
   const R* common;              // rest values of uniform batches
   const unsigned short* valid;  // of uniform batches, one bit for each slot: not padding
   R* lambda;                    // multipliers, accumulated over the projections of a substep; unused if stiff
@@ -143,7 +143,7 @@ struct Correct {
         from_start(set.from_start),
         max_start_step(set.max_start_step) {}
 
-  /// evaluate() scales C and its gradient by s > 0. PBD's update is invariant to it; XPBD's multiplier is s dlambda.
+  /// evaluate() scales C and its gradient by s > 0, which PBD does not notice. XPBD's multiplier grows by s dlambda.
   template <class S>
   KERNEL void operator()(PatchParticle<S> (&q)[n], const RestOf<S, numbers>& rest, int at) const {
     const Places<S, n> places(q, from_start);
@@ -163,7 +163,7 @@ struct Correct {
     const S C = Kind::evaluate(places.p, rest.value, rest.valid, grad, s);
     Kind::evaluate(places.x, rest.value, rest.valid, along, s_along);
     const S zero(R(0)), one(R(1)), cross = weighted_dot(w, grad, along);
-    // applied / per times `along` is the total of this correction and those before it in the substep.
+    // applied / per times `along` bounds the total of this correction and those before it in the substep.
     S alpha = zero, total = zero, wanted = -C, per = cross, applied;
     if constexpr (update == Update::Stiff) {
       wanted = wanted * S(number), applied = abs(wanted);

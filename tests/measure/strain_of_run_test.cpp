@@ -79,9 +79,9 @@ TEST(AnOverstretchedBody, IsNamedWhereItsLoadAsksForMoreSubsteps) {
   ASSERT_EQ(lines.size(), 1u);
   EXPECT_TRUE(has(lines[0], "body 'hammock'")) << lines[0];
   EXPECT_TRUE(has(lines[0], " substeps")) << lines[0];
-  const std::size_t at = lines[0].find("take some ");
+  const std::size_t at = lines[0].find("take about ");
   ASSERT_NE(at, std::string::npos);
-  const int advised = std::stoi(lines[0].substr(at + 10));
+  const int advised = std::stoi(lines[0].substr(at + 11));
   EXPECT_GT(advised, 10);
   EXPECT_TRUE(said_of_a_second(hammock(79, advised)).empty()) << "with " << advised;
 }

@@ -198,8 +198,8 @@ TEST(Launches, OfTheCorrectorAreSixAStepWhereABodyIsFree) {
 void expect_planned_launches(const Json& scene, const std::vector<UserConstraint>& own = {}) {
   Simulation simulation(parsed(scene), {.threads = 1, .constraints = own});
   std::int64_t planned = 0, launched = 0;
-  for (const auto& [pass, launches] : Json::parse(plan_json(simulation))["launches_a_step"].items())
-    planned += launches.get<std::int64_t>();
+  const Json of_plan = Json::parse(plan_json(simulation));
+  for (const auto& [pass, launches] : of_plan["launches_a_step"].items()) planned += launches.get<std::int64_t>();
   simulation.step();
   for (const Launches& of : simulation.times().launches) launched += of.launches;
   EXPECT_EQ(launched, planned) << plan(simulation);
