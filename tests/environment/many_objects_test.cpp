@@ -53,6 +53,18 @@ TEST(ManyObjects, TakeMemoryForWhatIsNearAlone) {
   EXPECT_LT(all - two, 58 * 41 * 41) << "not a byte a pair";
 }
 
+TEST(ManyObjects, AStateIsRestoredToTheLastBitOfWhatIsKnownOfContacts) {
+  for (const double height : {0.0, 0.3})
+    for (const int threads : {1, 2}) {
+      Simulation simulation(over_boxes(20, height), {.threads = 1});
+      Simulation other(over_boxes(20, height), {.threads = threads});
+      for (int step = 0; step < 8; ++step) simulation.step();
+      const std::string state = simulation.save_state();
+      other.restore_state(state);
+      EXPECT_EQ(other.save_state(), state);
+    }
+}
+
 void expect_contacts_with_boxes(const Simulation& simulation) { EXPECT_GT(simulation.measure().contacts, 0); }
 
 INSTANTIATE_TEST_SUITE_P(

@@ -112,7 +112,7 @@ TEST(Corrector, OfInertiaTakesTheTorqueAwayThatTheFilterLeavesAndThePublishedOne
   }
 }
 
-/// What is missing from the published formula is the inverse inertia: each particle has I^-1 T instead of T / m, so it
+/// The published formula lacks the inverse inertia: each particle has I^-1 T instead of T / m, so it
 /// over-corrects by I / m, which grows with the number of particles.
 TEST(Corrector, AsPublishedOverCorrectsTheMoreTheFinerTheMesh) {
   const auto change = [](int subdivisions) {
