@@ -28,7 +28,7 @@ Structure structure(const Model& model, int threads = 1);
 class Strains {
  public:
   explicit Strains(const Model& model);
-  /// Whether the model has any.
+  /// Tells whether the model has any.
   bool any() const { return !lengths_.empty(); }
   /// Throws std::invalid_argument for another number of particles.
   std::vector<float> operator()(const std::vector<Vec3>& x) const;
@@ -52,7 +52,7 @@ class Strains {
 class Residuals {
  public:
   explicit Residuals(const Model& model, int threads = 1);
-  /// Whether the model has any.
+  /// Tells whether the model has any.
   bool any() const { return !sets_.empty() || !pressures_.empty(); }
   /// Throws std::invalid_argument for another number of particles.
   std::vector<float> operator()(const std::vector<Vec3>& x) const;

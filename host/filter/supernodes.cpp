@@ -111,7 +111,7 @@ std::vector<int> fundamental(const std::vector<int>& parent, const std::vector<i
   return begin;
 }
 
-/// Whether to merge two supernodes into one of `columns` of whose entries this share would be zeros.
+/// Tells whether to merge two supernodes into one of `columns` of whose entries this share would be zeros.
 bool worthwhile(double columns, double zeros) {
   return zeros == 0 || columns <= 4 || (columns <= 16 && zeros < 0.8) || (columns <= 48 && zeros < 0.1) || zeros < 0.05;
 }

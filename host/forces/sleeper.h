@@ -20,7 +20,7 @@ struct Mover {
   double radius, reach;    // of the sphere; range of its contacts beyond the surface (m)
 };
 
-/// Whether moving pins or attachments move between two times (s); they act wherever they are.
+/// Tells whether moving pins or attachments move between two times (s); they act wherever they are.
 inline Mover everywhere(const std::vector<Keyframe>& motion) { return {motion, {0, 0, 0}, INFINITY, 0}; }
 
 inline std::vector<Mover> movers_of(const Model& model) {
@@ -54,7 +54,7 @@ inline bool same(const Pose& a, const Pose& b) {
   return std::equal(a.r, a.r + 9, b.r) && a.t.x == b.t.x && a.t.y == b.t.y && a.t.z == b.t.z;
 }
 
-/// Whether an object moves within its range of the box between two times (s).
+/// Tells whether an object moves within its range of the box between two times (s).
 inline bool moves_near(const Mover& mover, const Bounds& box, double start, double end) {
   const Pose before = pose_at(mover.motion, start), after = pose_at(mover.motion, end);
   if (same(before, after)) return false;
@@ -87,7 +87,7 @@ class Sleeper {
   std::int64_t since() const { return since_; }
   void wake() { calm_ = 0, since_ = -1; }
 
-  /// Whether the scene sleeps through the step from `start` to `end` (s). Objects that move nearby wake it.
+  /// Tells whether the scene sleeps through the step from `start` to `end` (s). Objects that move nearby wake it.
   bool sleeps_through(const Particles<R>& particles, double start, double end) {
     if (asleep() && disturbed(particles, start, end)) wake();
     return asleep();

@@ -5,7 +5,7 @@
 
 namespace malha {
 
-/// What Simulation::pull() or Simulation::hold() does to a particle.
+/// A particle that the user pulls by a spring or holds: Simulation::pull(), Simulation::hold().
 struct ParticleHandle {
   int particle;           ///< index into Simulation::positions()
   Vec3 to;                ///< m: the point to which it is pulled, or at which it is held

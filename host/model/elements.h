@@ -17,8 +17,8 @@ struct Elements {
 
 struct ListedElements {
   Elements all;
-  /// What these elements leave of the mesh, for the Remainder of the constraint kind: for winged triangles the hinges
-  /// that belong to none of them, with their softness. For other elements it is empty.
+  /// The rest of the mesh, for the Remainder of the constraint kind: for winged triangles it has the hinges that belong
+  /// to none of them, with their softness. For other elements it is empty.
   Elements remainder;
   int non_manifold = 0;  // number of edges with more than two triangles, which have no hinge
 };

@@ -79,8 +79,8 @@ void add_free_diagonals(const Model& model, RestGraph& graph) {
   });
 }
 
-/// Whether the component of each particle is smooth at this spacing, so that lengths along the surface can be computed:
-/// along hardly any link the normal turns by much.
+/// Tells whether the component of each particle is smooth at this spacing, so that lengths along the surface can be
+/// computed: along hardly any link the normal turns by much.
 std::vector<bool> smooth(const RestGraph& graph, const std::vector<int>& part, int parts) {
   std::vector<int> links(parts, 0), turning(parts, 0);
   for (const Link& l : graph.links) {

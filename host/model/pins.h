@@ -38,7 +38,7 @@ struct BoundaryConditions {
   std::vector<bool> pinned;  // whether each particle is pinned permanently
   std::vector<MovedPins> moved;
   std::vector<AttachmentSet> attached;
-  /// Whether each particle is pinned at the start.
+  /// Tells whether each particle is pinned at the start.
   std::vector<bool> at_start() const;
 };
 
@@ -49,7 +49,7 @@ BoundaryConditions find_boundary_conditions(const Scene& scene, std::size_t body
 
 struct Model;
 
-/// Whether each particle (the solver's numbering) is fixed at the start by a pin or a rigid attachment, or, with
+/// Tells whether each particle (the solver's numbering) is fixed at the start by a pin or a rigid attachment, or, with
 /// `include_springs`, by an attachment with a spring.
 std::vector<bool> fixed_at_start(const Model& model, bool include_springs);
 

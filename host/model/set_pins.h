@@ -10,7 +10,7 @@ namespace malha {
 /// The particles that are pinned permanently and at rest, in the user's numbering, ascending.
 std::vector<int> static_pins(const Model& model);
 
-/// Whether each particle (the user's numbering) has a pin or a rigid attachment that moves.
+/// Tells whether each particle (the user's numbering) has a pin or a rigid attachment that moves.
 std::vector<bool> has_keyframes(const Model& model);
 
 /// The scene of the model with these particles (the user's numbering, ascending) as its static pins. Throws InputError

@@ -23,7 +23,8 @@ void apply(const Split& split, Mesh& mesh);
 /// with no faces or lines beyond the plane. `pinned`: see pinned_now().
 std::vector<Split> find_tears(const Model& model, const std::vector<Vec3>& x, const std::vector<bool>& pinned);
 
-/// Whether each particle (the user's numbering) is pinned at `time` (s), or among the particles `held` by the user.
+/// Tells whether each particle (the user's numbering) is pinned at `time` (s), or among the particles `held` by the
+/// user.
 std::vector<bool> pinned_now(const Model& model, double time, const std::vector<int>& held = {});
 
 /// The intact meshes of a scene and the splits since, from which a torn model is built.

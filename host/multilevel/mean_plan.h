@@ -19,7 +19,7 @@ struct MeanPlan {
   std::vector<MeanRun> runs;
   std::vector<MeanTerm<double>> terms;
   int means = 0;
-  /// Whether runs are long enough for packs.
+  /// Tells whether runs are long enough for packs.
   bool in_columns() const { return means >= 4 * static_cast<int>(runs.size()); }
 };
 

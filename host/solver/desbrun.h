@@ -154,8 +154,8 @@ class Desbrun final : public TimeStepper<Executor, R> {
       filtered_pressures_[product].push_back(k);
     }
   }
-  /// Whether springs connect the whole mesh, so that a pressure on it has no net force on any free block: the filter
-  /// cannot represent the mean acceleration of one.
+  /// Tells whether springs connect the whole mesh, so that a pressure on it has no net force on any free block: the
+  /// filter cannot represent the mean acceleration of one.
   bool pushes_blocks(const PressureSet& set, const std::vector<const SystemBlock*>& block) const {
     for (const Triangle& t : set.triangles)
       for (const int i : t) {

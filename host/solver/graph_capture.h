@@ -9,8 +9,8 @@
 
 namespace malha {
 
-/// Whether all steps have the same launches without interaction: no search for contacts, nothing that depends on time,
-/// and no decision by the host within a step.
+/// Tells whether all steps have the same launches without interaction: no search for contacts, nothing that depends on
+/// time, and no decision by the host within a step.
 inline bool can_capture_step(const Model& model) {
   const DesbrunSpec& desbrun = model.scene.solver.desbrun;
   const auto stays = [](const AttachmentSet& set) { return set.target.motion.empty() && !set.release_time; };

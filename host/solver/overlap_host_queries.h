@@ -7,7 +7,7 @@
 
 namespace malha {
 
-/// Whether no pass of the method moves particles between contact detection at meshes and the first patch solve.
+/// Tells whether no pass of the method moves particles between contact detection at meshes and the first patch solve.
 inline bool solve_is_next(const Model& model, const SolverStats& facts) {
   return !model.sets.empty() && facts.levels.empty() && !facts.filter;
 }

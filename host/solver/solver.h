@@ -82,7 +82,7 @@ class Solver {
   /// Sets the number of steps, positions (m) and velocities (m/s), in the user's order, and clears the state of
   /// contacts and sleep.
   virtual void set_state(std::int64_t steps, const std::vector<Vec3>& x, const std::vector<Vec3>& v) = 0;
-  /// Whether an edge is beyond the length at which it tears.
+  /// Tells whether an edge is beyond the length at which it tears.
   virtual bool overstretched() { return false; }
   /// Continues from the state of a solver of the same scene before it tore further. `from`: the index, among its
   /// `particles`, of each particle; `seconds`: those of its passes.

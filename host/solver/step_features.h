@@ -5,7 +5,7 @@
 
 namespace malha {
 
-/// Whether contacts with the environment are the only such passes, if there are any.
+/// Tells whether contacts with the environment are the only such passes, if there are any.
 inline bool has_only_contacts(const Model& model) {
   return model.pressures.empty() && model.attached.empty() && model.long_range.items() == 0 &&
          !model.scene.self_collision;

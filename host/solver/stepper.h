@@ -319,7 +319,7 @@ class TimeStepper : public Solver {
   virtual void require_finite() {
     timed(Pass::State, [&] { refuse(finite_check_.in_step()); });
   }
-  /// Whether predict() does the whole substep, up to the new state.
+  /// Tells whether predict() does the whole substep, up to the new state.
   virtual bool predict_does_substep() const { return false; }
   /// Called at the end of a substep of h seconds, unless predict() does the whole substep.
   virtual void end_substep(double /*h*/) {}
@@ -427,16 +427,16 @@ class TimeStepper : public Solver {
   /// -0 becomes 0, as in packs.
   static Vector3<R> to_R(const Vec3& a) { return {R(a[0] + 0), R(a[1] + 0), R(a[2] + 0)}; }
 
-  /// Whether the next step is fused.
+  /// Tells whether the next step is fused.
   bool runs_fused() const { return can_fuse_passes() && !has_external_constraints() && !has_callback(); }
-  /// Whether batched constraints are the only pass between prediction and state update, so that patch solves can do all
-  /// three. Desbrun's filter is part of the prediction. (The model's list of tethers may have been released from
+  /// Tells whether batched constraints are the only pass between prediction and state update, so that patch solves can
+  /// do all three. Desbrun's filter is part of the prediction. (The model's list of tethers may have been released from
   /// memory: long_range_ tells.)
   bool can_fuse_passes() const {
     return model_.scene.solver.type == "pbd" && !long_range_ && has_no_mid_step_passes(model_);
   }
   bool has_handles() const { return handles_ && !handles_->empty(); }
-  /// Whether handles or user constraints act, which the layout does not contain.
+  /// Tells whether handles or user constraints act, which the layout does not contain.
   bool has_external_constraints() const { return has_handles() || user_constraints_; }
   bool has_callback() const { return substep_callback_ != nullptr; }
 

@@ -12,7 +12,7 @@ struct Coarse : Distance {
   static constexpr bool stores_arrival = true;  // the distance on arrival, in the patch's memory
 };
 
-/// Whether constraints of these kinds need a number each in the patch's memory.
+/// Tells whether constraints of these kinds need a number each in the patch's memory.
 template <class... Kinds>
 constexpr bool stores_arrival(KindList<Kinds...>) {
   return (requires { Kinds::stores_arrival; } || ...);

@@ -89,7 +89,7 @@ inline void synchronize(const OpenMP& /*executor*/) {}
 inline bool is_timed(const Serial& /*executor*/) { return true; }
 inline bool is_timed(const OpenMP& /*executor*/) { return true; }
 
-/// Whether this is the leading thread of a region, which alone may write what is common to all.
+/// Tells whether this is the leading thread of a region, which alone may write what is common to all.
 inline bool is_leader(const Serial& /*team*/) { return true; }
 inline bool is_leader(const Team& team) { return team.thread == 0; }
 

@@ -110,8 +110,8 @@ struct Block {
   }
 };
 
-/// Whether a kernel over groups distributes its work in the ways above, so that a block of threads may run it. Any
-/// other kernel runs on one thread per group.
+/// Tells whether a kernel over groups distributes its work in the ways above, so that a block of threads may run it.
+/// Any other kernel runs on one thread per group.
 template <class Kernel>
 inline constexpr bool kShared = requires {
   typename Kernel::Shared;
@@ -124,7 +124,7 @@ template <class Kernel>
 requires requires { Kernel::kMostThreads; }
 inline constexpr int kThreads<Kernel> = Kernel::kMostThreads;
 
-/// Whether a kernel runs on the host whatever the executor, because it queries Embree.
+/// Tells whether a kernel runs on the host whatever the executor, because it queries Embree.
 template <class Kernel>
 inline constexpr bool kRunsOnHost = requires {
   typename Kernel::RunsOnHost;

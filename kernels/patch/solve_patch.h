@@ -102,7 +102,7 @@ struct SolvePatch {
   }
 
   KERNEL int set_of(const Patch& patch, int b) const { return batches[patch.batch + b].set; }
-  /// Whether this solve predicts the particles of a segment.
+  /// Tells whether this solve predicts the particles of a segment.
   KERNEL bool predicted_here(const Segment& segment) const { return predicts && forward && segment.first_solve; }
 
   /// Prefetches the `part` of `parts` of a patch's particles and constraints, so that memory transfers are spread over

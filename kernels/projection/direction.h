@@ -58,8 +58,8 @@ KERNEL S weighted_dot(const S (&w)[n], const Vector3<S> (&a)[n], const Vector3<S
   }
 }
 
-/// Whether applied / per times `along` moves no particle farther than `most` times the element's size at x. With two
-/// particles `along` is as long as the element.
+/// Tells whether applied / per times `along` moves no particle farther than `most` times the element's size at x. With
+/// two particles `along` is as long as the element.
 template <class S, int n>
 KERNEL auto moves_within(const S& most, const S& applied, const S& per, const S (&w)[n], const Vector3<S> (&along)[n],
                          const Vector3<S> (&x)[n]) {
@@ -84,7 +84,7 @@ KERNEL S share_within(const S& most, const S& applied, const S& per, const S (&w
   return select(way > zero, most * per * size / select(way > zero, way, one), one);
 }
 
-/// Whether the angle between both gradients is below that of this cosine; cross: w grad . along.
+/// Tells whether the angle between both gradients is below that of this cosine; cross: w grad . along.
 template <class S, int n>
 KERNEL auto is_aligned(double cosine, const S (&w)[n], const Vector3<S> (&grad)[n], const Vector3<S> (&along)[n],
                        const S& cross) {
@@ -92,7 +92,7 @@ KERNEL auto is_aligned(double cosine, const S (&w)[n], const Vector3<S> (&grad)[
   return S(R(cosine * cosine)) * weighted_dot(w, grad, grad) * weighted_dot(w, along, along) <= cross * cross;
 }
 
-/// Whether a sum of w grad^2 exceeds the rounding error of the largest gradient.
+/// Tells whether a sum of w grad^2 exceeds the rounding error of the largest gradient.
 template <class S, int n>
 KERNEL auto exceeds_rounding(const S& sum, const S (&w)[n], const Vector3<S> (&grad)[n]) {
   using R = typename RealOf<S>::type;

@@ -18,7 +18,7 @@ namespace malha {
 /// (kernels/projection/direction.h).
 enum class Update { Stiff, Compliant, Material };
 
-/// Whether constraints of a kind can have a compliance each: Update::Material.
+/// Tells whether constraints of a kind can have a compliance each: Update::Material.
 template <class Kind>
 KERNEL constexpr bool takes_material() {
   return Kind::strength.modulus != nullptr && (Kind::strength.accepts_stiffness || facts_of(Kind::element).weighed);
@@ -39,9 +39,9 @@ KERNEL constexpr int multipliers() {
     return 1;
 }
 
-/// Whether a kind bounds the step of a projection. A projection is linear: it moves particles in a straight line along
-/// the gradient. A kind whose gradient keeps its direction up to C = 0 (a length along its line, a fold's vector, a
-/// spring to a point) needs no bound. A kind whose gradient turns by its own size (an angle) declares one,
+/// Tells whether a kind bounds the step of a projection. A projection is linear: it moves particles in a straight line
+/// along the gradient. A kind whose gradient keeps its direction up to C = 0 (a length along its line, a fold's vector,
+/// a spring to a point) needs no bound. A kind whose gradient turns by its own size (an angle) declares one,
 ///   static constexpr int per_max_step = 1;
 /// the index among its rest values of 1 / bound, 1/m: no particle moves farther than that in one projection. The rest
 /// of the violation stays in C, and XPBD's multiplier has what was applied, so that a later projection corrects it and
@@ -115,8 +115,8 @@ struct Places {
   }
 };
 
-/// Whether a kind limits the angle between its gradients at the start of the substep and now. The gradient along a
-/// vector of any length, such as a fold's, can turn in displacements however short, and so can that of an angle whose
+/// Tells whether a kind limits the angle between its gradients at the start of the substep and now. The gradient along
+/// a vector of any length, such as a fold's, can turn in displacements however short, and so can that of an angle whose
 /// triangles are crushed. A violation across the old gradient would never be corrected. The kind declares the cosine
 /// of the largest angle:
 ///   static constexpr double min_turn_cosine = 0.97;

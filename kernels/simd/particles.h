@@ -23,7 +23,7 @@ struct ScatteredPoints {
   KERNEL void set(int i, const Vector3<R>& a) const { of[i].set(a); }
 };
 
-/// Whether positions of type R carry the rounding error of their last sum along (Kahan's compensated summation).
+/// Tells whether positions of type R carry the rounding error of their last sum along (Kahan's compensated summation).
 template <class R>
 inline constexpr bool kCompensated = sizeof(R) < sizeof(double);
 
