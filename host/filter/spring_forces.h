@@ -8,6 +8,7 @@
 #include "host/base/array.h"
 #include "host/model/stencils.h"
 #include "kernels/filter/springs.h"
+#include "kernels/simd/rows.h"
 
 namespace malha {
 

@@ -6,6 +6,7 @@
 #include "kernels/attachments/pose.h"
 #include "kernels/environment/contact.h"
 #include "kernels/simd/pack.h"
+#include "kernels/simd/particles.h"
 
 namespace malha {
 

@@ -4,6 +4,7 @@
 #pragma once
 #include "kernels/environment/feature_cache.h"
 #include "kernels/parallel/compute.h"
+#include "kernels/simd/rows.h"
 
 namespace malha {
 

@@ -4,7 +4,7 @@
 // result as one of all triangles, whichever cells exist.
 #pragma once
 #include "kernels/geometry/closest_point.h"
-#include "kernels/simd/pack.h"
+#include "kernels/simd/rows.h"
 
 namespace malha {
 

@@ -5,6 +5,7 @@
 #pragma once
 #include "kernels/forces/motion.h"
 #include "kernels/projection/stencil.h"
+#include "kernels/simd/rows.h"
 
 namespace malha {
 

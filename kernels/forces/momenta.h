@@ -5,7 +5,7 @@
 #include "kernels/forces/motion.h"
 #include "kernels/projection/patch.h"
 #include "kernels/simd/for_each_pack.h"
-#include "kernels/simd/pack.h"
+#include "kernels/simd/particles.h"
 
 namespace malha {
 

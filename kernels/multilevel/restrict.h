@@ -5,6 +5,7 @@
 #include "kernels/forces/motion.h"
 #include "kernels/multilevel/transfer.h"
 #include "kernels/projection/patch.h"
+#include "kernels/simd/particles.h"
 
 namespace malha {
 

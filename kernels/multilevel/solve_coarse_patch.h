@@ -4,6 +4,7 @@
 #pragma once
 #include "kernels/multilevel/coarse_constraint.h"
 #include "kernels/multilevel/transfer.h"
+#include "kernels/simd/particles.h"
 
 namespace malha {
 

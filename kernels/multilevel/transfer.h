@@ -5,6 +5,8 @@
 #pragma once
 #include "kernels/projection/patch_memory.h"
 #include "kernels/simd/for_each_pack.h"
+#include "kernels/simd/particles.h"
+#include "kernels/simd/rows.h"
 
 namespace malha {
 

@@ -14,6 +14,7 @@
 #include "kernels/forces/motion.h"
 #include "kernels/multilevel/restrict.h"
 #include "kernels/simd/for_each_pack.h"
+#include "kernels/simd/particles.h"
 
 namespace malha {
 

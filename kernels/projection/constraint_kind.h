@@ -17,7 +17,7 @@
 #include <type_traits>
 
 #include "kernels/projection/element.h"
-#include "kernels/simd/pack.h"
+#include "kernels/simd/vec.h"
 
 namespace malha {
 

@@ -3,7 +3,7 @@
 // decomposition). Every constraint belongs to one patch; particles at the boundary are shared, and patches that share
 // one are never solved at once.
 #pragma once
-#include "kernels/simd/pack.h"
+#include "kernels/simd/rows.h"
 
 namespace malha {
 

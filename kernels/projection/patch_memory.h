@@ -4,7 +4,7 @@
 // particle at the start of the substep, relative to an origin near its body, its inverse mass, and its displacement
 // since: constraints are computed from differences that rounding leaves nearly exact.
 #pragma once
-#include "kernels/simd/pack.h"
+#include "kernels/simd/rows.h"
 
 namespace malha {
 

@@ -11,7 +11,7 @@
 //   lever(X)                          m per unit of C, which converts a stiffness in N/m to one of C. Only kinds that
 //                                     accept a stiffness have it
 #pragma once
-#include "kernels/simd/pack.h"
+#include "kernels/simd/rows.h"
 
 namespace malha {
 

@@ -5,6 +5,7 @@
 #pragma once
 #include "kernels/geometry/closest_point.h"
 #include "kernels/geometry/simplex.h"
+#include "kernels/simd/rows.h"
 
 namespace malha {
 

@@ -3,6 +3,7 @@
 // block are evaluated and projected side by side; and patches, the blocks of one cluster.
 #pragma once
 #include "kernels/geometry/closest_point.h"
+#include "kernels/simd/rows.h"
 
 namespace malha {
 

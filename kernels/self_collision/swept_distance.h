@@ -3,6 +3,7 @@
 // stays in its swept box, and the distance that the pair must keep.
 #pragma once
 #include "kernels/geometry/closest_point.h"
+#include "kernels/simd/rows.h"
 
 namespace malha {
 

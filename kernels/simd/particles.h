@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Views of particle arrays: one array per coordinate, so that packs of neighbouring particles are loaded and stored.
+// Views of particle arrays: one array per coordinate, so that packs of neighbouring particles are loaded and stored,
+// which load_points() and store_points() do.
 #pragma once
-#include "kernels/simd/vec.h"
+#include "kernels/simd/pack.h"
 
 namespace malha {
 
@@ -130,5 +131,33 @@ struct Particles {
   Displaced<R> p;  // current position, m
   const R* w;      // 1 / m, 1/kg, 0 where pinned
 };
+
+/// Loads and stores the points i, i + 1, ... of a pack, or the point i of a scalar.
+template <class T, class R>
+KERNEL Vector3<T> load_points(const Points<R>& points, int i) {
+  Vector3<T> a;
+  load(points.x + i, a.x), load(points.y + i, a.y), load(points.z + i, a.z);
+  return a;
+}
+/// Positions at the start of the substep, relative to an origin near them.
+template <class T, class R>
+KERNEL Vector3<T> load_start(const Displaced<R>& points, int i, const Vector3<R>& origin, T) {
+  const Vector3<T> x = load_points<T>(points.x, i) - Vector3<T>{T(origin.x), T(origin.y), T(origin.z)};
+  if constexpr (kCompensated<R>)
+    return x + load_points<T>(points.low, i);
+  else
+    return x;
+}
+/// Current positions.
+template <class T, class R>
+KERNEL Vector3<T> load_points(const Displaced<R>& points, int i) {
+  Vector3<T> offset = load_points<T>(points.d, i);
+  if constexpr (kCompensated<R>) offset = offset + load_points<T>(points.low, i);
+  return load_points<T>(points.x, i) + offset;
+}
+template <class T, class R>
+KERNEL void store_points(const Points<R>& points, int i, const Vector3<T>& a) {
+  store(a.x, points.x + i), store(a.y, points.y + i), store(a.z, points.z + i);
+}
 
 }  // namespace malha

@@ -2,7 +2,7 @@
 // Tiles of sixteen numbers, four rows of four, in as many packs as an instruction set needs. Sums over tiles have the
 // same bits on all of them.
 #pragma once
-#include "kernels/simd/pack.h"
+#include "kernels/simd/rows.h"
 
 namespace malha {
 

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "kernels/geometry/closest_point.h"
+#include "kernels/simd/rows.h"
 #include "tests/numbers.h"
 
 namespace malha {
