@@ -30,7 +30,7 @@ declare -A part=(
   [MODULUS]=''
   [FILTERED]='static constexpr Filtered filtered = Filtered::Spring;'
   [DEGENERATE]='static constexpr Degenerate degenerate = Degenerate::Skipped;'
-  [NUMBERS]='static constexpr int numbers = 1;'
+  [NUMBERS]='static constexpr int rest_values = 1;'
   [REST]='template <class S> static void rest(const Vector3<S> (&)[2], S, S (&)[1]);'
   [EVALUATE]='template <class S, class M> static S evaluate(const Vector3<S> (&)[2], const S*, const M&, Vector3<S> (&)[2], S&);'
 )

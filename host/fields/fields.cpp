@@ -83,12 +83,12 @@ void Residuals::add(const Model& model, const ConstraintSet& set) {
   Set& own = sets_.emplace_back(
       Set{set.type, set.arity, to_user_indices(model, set.particles.data(), set.particles.size()), {}, {}});
   with_kind(set.type, [&]<class Kind>(Kind) {
-    own.rest.reserve(std::size_t(set.count()) * Kind::numbers);
+    own.rest.reserve(std::size_t(set.count()) * Kind::rest_values);
     for (int c = 0; c < set.count(); ++c) {
       const int* const particles = &set.particles[std::size_t(c) * Kind::particles];
-      double rest[Kind::numbers];
+      double rest[Kind::rest_values];
       rest_values<Kind>(model.x.data(), particles, set.parameter, rest);
-      own.rest.insert(own.rest.end(), rest, rest + Kind::numbers);
+      own.rest.insert(own.rest.end(), rest, rest + Kind::rest_values);
       if constexpr (multipliers<Kind>() > 1) {
         Vector3<double> q[Kind::particles], grad[Kind::particles];
         corners<Kind>(model.x.data(), particles, q);
@@ -110,7 +110,7 @@ std::vector<float> Residuals::operator()(const std::vector<Vec3>& x) const {
       const double* const rest_C2 = set.rest_C2.empty() ? nullptr : set.rest_C2.data();
       const auto measure = [&](int c) {
         residuals[c] = residual<Kind>(x.data(), &set.particles[std::size_t(c) * Kind::particles],
-                                      &set.rest[std::size_t(c) * Kind::numbers], rest_C2 ? rest_C2[c] : 0);
+                                      &set.rest[std::size_t(c) * Kind::rest_values], rest_C2 ? rest_C2[c] : 0);
       };
       parallel_for(OpenMP{threads_}, static_cast<int>(residuals.size()), measure);
     });

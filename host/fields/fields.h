@@ -62,7 +62,7 @@ class Residuals {
     std::string type;
     int arity;
     std::vector<int> particles;
-    std::vector<double> rest;     // rest values, Kind::numbers a constraint
+    std::vector<double> rest;     // rest values, Kind::rest_values a constraint
     std::vector<double> rest_C2;  // C^2 at rest, for materials
   };
   void add(const Model& model, const ConstraintSet& set);

@@ -91,14 +91,14 @@ void PinForces::add(const Model& model, const ConstraintSet& set, const std::vec
       const int* const particles = &set.particles[std::size_t(c) * Kind::particles];
       const auto user = to_user_indices(model, particles, Kind::particles);
       if (!has_pin(user, release_time)) continue;
-      double rest[Kind::numbers];
+      double rest[Kind::rest_values];
       rest_values<Kind>(model.x.data(), particles, set.parameter, rest);
       if (!(set.alpha(c) > 0) || stiffness_in_substeps<Kind>(model, particles, rest) > kResolved * set.alpha(c)) {
         ++left_out_;
         continue;
       }
       own.particles.insert(own.particles.end(), user.begin(), user.end());
-      own.rest.insert(own.rest.end(), rest, rest + Kind::numbers);
+      own.rest.insert(own.rest.end(), rest, rest + Kind::rest_values);
       own.stiffness.push_back(energy_per_C2<Kind>(rest) / set.alpha(c));
     }
   });
@@ -129,7 +129,7 @@ std::vector<PinForce> PinForces::operator()(const std::vector<Vec3>& x, double t
   for (const Set& set : sets_)
     with_kind(set.type, [&]<class Kind>(Kind) {
       for (std::size_t c = 0; c < set.stiffness.size(); ++c)
-        add_constraint_force<Kind>(x, &set.particles[c * Kind::particles], &set.rest[c * Kind::numbers],
+        add_constraint_force<Kind>(x, &set.particles[c * Kind::particles], &set.rest[c * Kind::rest_values],
                                    set.stiffness[c], forces);
     });
   std::vector<Vector3<double>> gradient;

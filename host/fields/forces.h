@@ -40,7 +40,7 @@ class PinForces {
   struct Set {
     std::string type;
     std::vector<int> particles;
-    std::vector<double> rest;       // rest values, Kind::numbers a constraint
+    std::vector<double> rest;       // rest values, Kind::rest_values a constraint
     std::vector<double> stiffness;  // 1 / compliance of each constraint
   };
   struct PressureForce {

@@ -11,14 +11,14 @@
 namespace malha {
 
 /// Passes of a step, for timings. FusedSolve: prediction, projection and state update in one pass. Forces and Filter
-/// are Desbrun's; Correction is that of free bodies' momenta; Pins are kinematic pins.
+/// are Desbrun's; MomentumCorrection is that of free bodies' momenta; Pins are kinematic pins.
 enum class Pass {
   Pins,
   Damping,
   Air,
   Forces,
   Filter,
-  Correction,
+  MomentumCorrection,
   Prediction,
   Levels,
   Collision,
@@ -35,10 +35,13 @@ enum class Pass {
   Edges,
   UserConstraints
 };
-inline constexpr std::array<const char*, 21> kPassNames{
-    "pins",           "damping",   "air",         "forces",   "filter",     "correction",  "prediction",
-    "levels",         "collision", "projection",  "pressure", "long_range", "attachments", "contact",
-    "self_collision", "state",     "fused_solve", "tearing",  "sleep",      "edges",       "user_constraints"};
+inline constexpr std::array<const char*, 21> kPassNames{"pins",        "damping",     "air",
+                                                        "forces",      "filter",      "momentum_correction",
+                                                        "prediction",  "levels",      "collision",
+                                                        "projection",  "pressure",    "long_range",
+                                                        "attachments", "contact",     "self_collision",
+                                                        "state",       "fused_solve", "tearing",
+                                                        "sleep",       "edges",       "user_constraints"};
 
 /// Statistics of a constraint set.
 struct SetStats {

@@ -26,7 +26,7 @@ struct StencilOf {
   const int* particles;
   double alpha;  // compliance
   std::array<std::array<double, n>, Stencil::vectors> weights;
-  std::array<double, Stencil::numbers> own;  // parameters of the stencil, see Stencil::weights()
+  std::array<double, Stencil::coefficients> own;  // parameters of the stencil, see Stencil::weights()
 };
 
 /// Stencil c of a set, at the rest positions X (m).
@@ -36,10 +36,10 @@ StencilOf<Kind> stencil_of(const ConstraintSet& set, int c, const std::vector<Ve
   StencilOf<Kind> one{&set.particles[std::size_t(c) * Kind::particles], set.alpha(c), {}, {}};
   Vector3<double> q[Kind::particles];
   corners<Kind>(X.data(), one.particles, q);
-  double weights[Stencil::vectors][Kind::particles], own[Stencil::numbers];
+  double weights[Stencil::vectors][Kind::particles], own[Stencil::coefficients];
   Stencil::weights(q, set.parameter, weights, own);
   for (int k = 0; k < Stencil::vectors; ++k) std::copy_n(weights[k], Kind::particles, one.weights[k].begin());
-  std::copy_n(own, Stencil::numbers, one.own.begin());
+  std::copy_n(own, Stencil::coefficients, one.own.begin());
   return one;
 }
 

@@ -181,8 +181,8 @@ class Sweep {
           view.kind = kind_index<Kind>(Kinds{});
           multipliers = malha::multipliers<Kind>();
           view.update = update_of<Kind>(set, solver.iterations);
-          view.numbers = rest_numbers<Kind>(view.update);
-          RestValues<R> rest(rest_by_slot<Kind>(model, set, plan), view.numbers, s, patches.batches);
+          view.rest_values = rest_value_count<Kind>(view.update);
+          RestValues<R> rest(rest_by_slot<Kind>(model, set, plan), view.rest_values, s, patches.batches);
           own.rest = Array<Executor, R>(rest.each), own.common = Array<Executor, R>(rest.common);
           own.valid = Array<Executor, unsigned short>(rest.valid);
         },
@@ -222,19 +222,19 @@ class Sweep {
   /// Rest values are computed in double and rounded once.
   template <class Kind>
   std::vector<R> rest_by_slot(const Model& model, const ConstraintSet& set, const SetPlan& plan) const {
-    const std::size_t numbers = rest_numbers<Kind>(update_of<Kind>(set, model.scene.solver.iterations));
-    std::vector<R> rest(plan.constraint.size() * numbers, std::numeric_limits<R>::quiet_NaN());
+    const std::size_t count = rest_value_count<Kind>(update_of<Kind>(set, model.scene.solver.iterations));
+    std::vector<R> rest(plan.constraint.size() * count, std::numeric_limits<R>::quiet_NaN());
     const auto measure = [&](int slot) {
       const int c = plan.constraint[slot];
       if (c < 0) return;
-      double own[Kind::numbers];
+      double own[Kind::rest_values];
       if constexpr (stores_arrival(KindList<Kind>()))
         own[0] = set.rest[c];
       else
         rest_values<Kind>(model.x.data(), &set.particles[std::size_t(c) * set.arity], set.parameter, own);
-      R* to = &rest[slot * numbers];
-      std::copy(own, own + Kind::numbers, to);
-      if (int(numbers) > Kind::numbers) to[Kind::numbers] = R(set.softness.empty() ? 1 : set.softness[c]);
+      R* to = &rest[slot * count];
+      std::copy(own, own + Kind::rest_values, to);
+      if (int(count) > Kind::rest_values) to[Kind::rest_values] = R(set.softness.empty() ? 1 : set.softness[c]);
     };
     parallel_for(on_host(executor_), static_cast<int>(plan.constraint.size()), measure);
     return rest;

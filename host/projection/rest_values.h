@@ -14,10 +14,11 @@ struct RestValues {
   std::vector<R> each, common;
   std::vector<unsigned short> valid;
 
-  /// `by_slot`: rest values of set `set`, `numbers` per slot, NaN for padding. Sets the offsets in its batches.
-  RestValues(const std::vector<R>& by_slot, int numbers, int set, std::vector<Batch>& batches) : numbers_(numbers) {
+  /// `by_slot`: rest values of set `set`, `rest_values` per slot, NaN for padding. Sets the offsets in its batches.
+  RestValues(const std::vector<R>& by_slot, int rest_values, int set, std::vector<Batch>& batches)
+      : rest_values_(rest_values) {
     for (Batch& batch : batches)
-      if (batch.set == set) add(by_slot.data() + std::size_t(batch.slot) * numbers, batch);
+      if (batch.set == set) add(by_slot.data() + std::size_t(batch.slot) * rest_values, batch);
   }
 
  private:
@@ -27,34 +28,34 @@ struct RestValues {
     batch.rests = static_cast<int>(batch.uniform_rest ? valid.size() : each.size());
     if (batch.uniform_rest) {
       batch.common = static_cast<int>(common.size());
-      common.insert(common.end(), rest, rest + numbers_);
+      common.insert(common.end(), rest, rest + rest_values_);
     }
     for (int word = 0; word < words; ++word) {
-      const R* of = rest + word * kSlotPack * numbers_;
+      const R* of = rest + word * kSlotPack * rest_values_;
       if (batch.uniform_rest)
         valid.push_back(bits(of));
       else
-        for (int k = 0; k < numbers_; ++k)
-          for (int i = 0; i < kSlotPack; ++i) each.push_back(of[i * numbers_ + k]);
+        for (int k = 0; k < rest_values_; ++k)
+          for (int i = 0; i < kSlotPack; ++i) each.push_back(of[i * rest_values_ + k]);
     }
   }
 
   unsigned short bits(const R* of) const {
     unsigned set = 0;
-    for (int i = 0; i < kSlotPack; ++i) set |= unsigned(!std::isnan(of[i * numbers_])) << i;
+    for (int i = 0; i < kSlotPack; ++i) set |= unsigned(!std::isnan(of[i * rest_values_])) << i;
     return static_cast<unsigned short>(set);
   }
 
   /// A run does not begin with padding.
   bool all_alike(const R* rest, int count) const {
     for (int i = 1; i < count; ++i) {
-      const R* of = rest + i * numbers_;
-      if (!std::isnan(of[0]) && !std::equal(of, of + numbers_, rest)) return false;
+      const R* of = rest + i * rest_values_;
+      if (!std::isnan(of[0]) && !std::equal(of, of + rest_values_, rest)) return false;
     }
     return true;
   }
 
-  int numbers_;
+  int rest_values_;
 };
 
 }  // namespace malha

@@ -34,7 +34,7 @@ void list_filter_passes(const Model& model, const SolverStats& facts,
   const std::size_t substeps = model.scene.solver.substeps, refine = model.scene.solver.desbrun.refinement_iterations;
   line("forces", facts.force_launches * substeps * (1 + refine));
   line("filter", substeps * (1 + refine) * facts.filter->launches);
-  line("correction", substeps * facts.free_bodies * (3 * refine + (facts.corrects ? 5 : 3)));
+  line("momentum_correction", substeps * facts.free_bodies * (3 * refine + (facts.corrects ? 5 : 3)));
 }
 
 }  // namespace
@@ -72,7 +72,7 @@ std::vector<StepPass> step_passes(const Model& model, const SolverStats& of_scen
   // Momenta are measured before and after the fused patch solves, or each iteration's projections, and then restored.
   const bool alone = of_scene.fused;  // user constraints change nothing here
   const std::size_t measured = alone ? (of_scene.whole_steps ? 1 : substeps) : iterations;
-  line("correction", model.free.empty() ? 0 : 4 * measured + (alone ? 2 : 4));
+  line("momentum_correction", model.free.empty() ? 0 : 4 * measured + (alone ? 2 : 4));
   const bool drags = model.scene.wind && model.scene.wind->drag > 0;
   const bool twice =
       model.scene.wind && facts.filter && !solver.desbrun.filter_external_forces;  // another prediction after the wind

@@ -19,7 +19,7 @@ template <class Kind>
 double squared_rate(const Model& model, const ConstraintSet& set, int c) {
   constexpr int n = Kind::particles;
   const int* of = &set.particles[std::size_t(c) * n];
-  double rest[Kind::numbers], scale = 0, sum = 0;
+  double rest[Kind::rest_values], scale = 0, sum = 0;
   rest_values<Kind>(model.x.data(), of, set.parameter, rest);
   Vector3<double> q[n], grad[n];
   corners<Kind>(model.x.data(), of, q);

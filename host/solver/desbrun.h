@@ -104,7 +104,7 @@ class Desbrun final : public TimeStepper<Executor, R> {
 
   void correct_bodies(Corrector corrector) {
     if (free_blocks_.empty()) return;
-    this->timed(Pass::Correction, [&] { remove_net_motion(corrector); });
+    this->timed(Pass::MomentumCorrection, [&] { remove_net_motion(corrector); });
   }
   void remove_net_motion(Corrector corrector) {
     const Particles<R> all = this->particles();

@@ -20,7 +20,7 @@ template <class Kind>
 double stored_in(const Model& model, const ConstraintSet& set, int c, const std::vector<Vec3>& x, double h) {
   constexpr int n = Kind::particles;
   const int* of = &set.particles[std::size_t(c) * n];
-  double rest[Kind::numbers];
+  double rest[Kind::rest_values];
   rest_values<Kind>(model.x.data(), of, set.parameter, rest);
   Vector3<double> q[n], grad[n];
   corners<Kind>(x.data(), of, q);

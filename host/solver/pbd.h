@@ -126,7 +126,7 @@ class Pbd final : public TimeStepper<Executor, R> {
     return levels ? &*levels : nullptr;
   }
 
-  void correct(const Particles<R>& all) override {
+  void apply_coarse_correction(const Particles<R>& all) override {
     if (const auto* levels = levels_at(this->substep_))
       this->timed(Pass::Levels, [&] {
         sweep_->region([&](const auto& team) { levels->apply_coarse_correction(team, *sweep_, all); });
@@ -137,7 +137,7 @@ class Pbd final : public TimeStepper<Executor, R> {
     this->apply_wind(h);
     if (this->runs_fused()) return void(solve_substeps(h, 1));
     if (this->momentum_corrector_ && this->can_fuse_passes() && this->substep_ % substeps_per_solve() == 0)
-      this->timed(Pass::Correction, [&] { this->momentum_corrector_->before(this->particles()); });
+      this->timed(Pass::MomentumCorrection, [&] { this->momentum_corrector_->before(this->particles()); });
     this->timed(Pass::Prediction, [&] {
       parallel_for(executor_, model_.count(), Predict<R>{this->particles(), R(h), this->to_R(model_.scene.gravity)});
     });
@@ -152,7 +152,7 @@ class Pbd final : public TimeStepper<Executor, R> {
   /// Measures the change of momenta after t seconds under gravity.
   void note_momenta(double t) {
     const Vec3& g = model_.scene.gravity;
-    this->timed(Pass::Correction, [&] {
+    this->timed(Pass::MomentumCorrection, [&] {
       this->momentum_corrector_->after(this->particles(), {g[0] * t, g[1] * t, g[2] * t});
     });
   }
@@ -168,7 +168,7 @@ class Pbd final : public TimeStepper<Executor, R> {
     const bool limits_speed = speed < INFINITY;
     const int iterations = model_.scene.solver.iterations;
     if (this->momentum_corrector_)
-      this->timed(Pass::Correction, [&] { this->momentum_corrector_->before(this->particles()); });
+      this->timed(Pass::MomentumCorrection, [&] { this->momentum_corrector_->before(this->particles()); });
     const SolvePatch<R> plain = this->make_solve(h);
     const Particles<R>& all = plain.particles;
     this->timed(Pass::FusedSolve, [&] {

@@ -278,7 +278,7 @@ class TimeStepper : public Solver {
 
   void restore_momenta() {
     const auto work = [&] { momentum_corrector_->restore_momenta(particles(), can_fuse_passes()); };
-    if (momentum_corrector_) repeat_step("momenta", [&] { timed(Pass::Correction, work); });
+    if (momentum_corrector_) repeat_step("momenta", [&] { timed(Pass::MomentumCorrection, work); });
   }
 
   /// Runs a part of a step, recorded where all steps have the same launches. Executors that time passes do not record.
@@ -303,8 +303,8 @@ class TimeStepper : public Solver {
   /// Computes v and p of a substep of h seconds from the forces on the particles, wind included.
   virtual void predict(double h) = 0;
   /// Called between prediction and the first projection, after contact detection: the levels' correction.
-  virtual void correct(const Particles<R>& /*all*/) {}
-  /// Called once a substep, after prediction, detection and correct(), before the first iteration.
+  virtual void apply_coarse_correction(const Particles<R>& /*all*/) {}
+  /// Called once a substep, after prediction, detection and apply_coarse_correction(), before the first iteration.
   virtual void start_pressures(const Particles<R>& all) {
     if (!pressures_.empty())
       timed(Pass::Pressure, [&] {
@@ -343,7 +343,7 @@ class TimeStepper : public Solver {
     if (collider_) timed(Pass::Collision, [&] { collider_->detect_contacts(all, start, start + h, solve_others); });
     if (self_) self_->start_substep();
     if (edges_) timed(Pass::Edges, [&] { edges_->detect_contacts(all, start, start + h); });
-    correct(all);
+    apply_coarse_correction(all);
     start_pressures(all);
     if (!model_.sets.empty() || !runs_fused())
       for (int iteration = 0; iteration < model_.scene.solver.iterations; ++iteration) {
@@ -546,12 +546,12 @@ class TimeStepper : public Solver {
   /// One iteration. Contacts come last, so that particles are outside the environment after it.
   void project(const Particles<R>& all, double start, double h, bool first_iteration) {
     if (momentum_corrector_ && !can_fuse_passes())
-      timed(Pass::Correction, [&] { momentum_corrector_->before_projection(all, h); });
+      timed(Pass::MomentumCorrection, [&] { momentum_corrector_->before_projection(all, h); });
     if (!model_.sets.empty())
       timed(Pass::Projection, [&] { host_overlap_.finish(*sweep_, make_solve_pass(h, first_iteration)); });
     if (!pressures_.empty()) timed(Pass::Pressure, [&] { press(all); });
     if (momentum_corrector_ && !can_fuse_passes())
-      timed(Pass::Correction, [&] { momentum_corrector_->after_projection(all, h); });
+      timed(Pass::MomentumCorrection, [&] { momentum_corrector_->after_projection(all, h); });
     if (long_range_) timed(Pass::LongRange, [&] { long_range_->project(all.p, all.w); });
     if (attachments_)
       timed(Pass::Attachments, [&] { attachments_->project(all.p, all.w, start, start + h, first_iteration); });

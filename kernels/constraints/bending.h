@@ -18,7 +18,7 @@ struct Bending {
   static constexpr Filtered filtered = Filtered::Stencil;
   using Stencil = IsometricBending::Stencil;
   static constexpr Degenerate degenerate = Degenerate::Skipped;
-  static constexpr int numbers = 2;
+  static constexpr int rest_values = 2;
   static constexpr double min_turn_cosine = 0.97;
   static constexpr int per_max_step = 1;
   static constexpr Parameter parameter{"rest_scale", 1, 0, true};

@@ -14,7 +14,7 @@ struct Distance {
   static constexpr Strength strength{true, "rigidity", "N/m of a surface, N of a line"};
   static constexpr Filtered filtered = Filtered::Spring;
   static constexpr Degenerate degenerate = Degenerate::Skipped;
-  static constexpr int numbers = 1;
+  static constexpr int rest_values = 1;
   static constexpr Parameter parameter{"rest_scale", 1, 0, false};
 
   /// l, m: the distance at rest times rest_scale.

@@ -15,7 +15,7 @@ struct DistanceLimit {
   static constexpr Strength strength{true, nullptr, nullptr};
   static constexpr Filtered filtered = Filtered::After;
   static constexpr Degenerate degenerate = Degenerate::Skipped;
-  static constexpr int numbers = 1;
+  static constexpr int rest_values = 1;
   static constexpr Parameter parameter{"limit", 0.1, 0, true};
 
   /// (1 + tau) l, m.

@@ -19,7 +19,7 @@ struct IsometricBending {
   static constexpr Strength strength{true, "rigidity", "N m"};
   static constexpr Filtered filtered = Filtered::Stencil;
   static constexpr Degenerate degenerate = Degenerate::Projected;
-  static constexpr int numbers = 4;
+  static constexpr int rest_values = 4;
   static constexpr Parameter parameter{"rest_scale", 1, 0, true};
   static constexpr double min_turn_cosine = 0.97;
 
@@ -60,7 +60,7 @@ struct IsometricBending {
   /// In the filter both bending kinds are the fold vector, pulled to its length at rest: near rest they have the same
   /// energy, of which this is the form with a constant Hessian.
   struct Stencil {
-    static constexpr int vectors = 1, numbers = 1;
+    static constexpr int vectors = 1, coefficients = 1;
     template <class S>
     KERNEL static void weights(const Vector3<S> (&X)[4], S rest_scale, S (&c)[1][4], S (&own)[1]) {
       S of[4];

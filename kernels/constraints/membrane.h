@@ -23,7 +23,7 @@ struct Membrane {
   static constexpr Strength strength{false, "young_modulus", "N/m"};
   static constexpr Filtered filtered = Filtered::Stencil;
   static constexpr Degenerate degenerate = Degenerate::Projected;
-  static constexpr int numbers = 5;
+  static constexpr int rest_values = 5;
   static constexpr int multipliers = 3;
   static constexpr Parameter parameter{"poisson_ratio", 0.3, 0, true,
                                        0.95};  // at which area is 39 times as stiff as shape
@@ -90,8 +90,8 @@ struct Membrane {
     S A[3][3], dlambda[3];
     now.response(B, A);
     solve_at_once(A, now.C, alpha, sum, valid, dlambda);
-    const S most(R(0.2)), omega = now.turning(B, dlambda);
-    const S part = most / max(max(omega, -omega), most);
+    const S max_turn(R(0.2)), omega = now.turning(B, dlambda);
+    const S part = max_turn / max(max(omega, -omega), max_turn);
     for (int m = 0; m < 3; ++m) {
       dlambda[m] = dlambda[m] * part;
       sum[m] = sum[m] + dlambda[m];
@@ -110,7 +110,7 @@ struct Membrane {
   /// In the filter both columns of F times sqrt(A w / Y) are springs of the stiffness w = Y / (1 - nu), the largest of
   /// the material. With the targets F - P/w, P = dU/dF / A, their force is that of the material.
   struct Stencil {
-    static constexpr int vectors = 2, numbers = 2;
+    static constexpr int vectors = 2, coefficients = 2;
     /// own: sqrt(A w / Y), m, and nu / (1 + nu).
     template <class S>
     KERNEL static void weights(const Vector3<S> (&X)[3], S nu, S (&c)[2][3], S (&own)[2]) {

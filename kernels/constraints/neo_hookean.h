@@ -26,7 +26,7 @@ struct NeoHookean {
   static constexpr Strength strength{false, "young_modulus", "Pa"};
   static constexpr Filtered filtered = Filtered::After;
   static constexpr Degenerate degenerate = Degenerate::Projected;
-  static constexpr int numbers = 7;
+  static constexpr int rest_values = 7;
   static constexpr int multipliers = 2;  // projected by step(); the compliance is 1/mu
   static constexpr Parameter parameter{"poisson_ratio", 0.3, 0, true,
                                        0.499};  // nearly incompressible: mu / lambda is 0.002

@@ -21,7 +21,7 @@ struct Plate {
   static constexpr Strength strength{false, "rigidity", "N m"};
   static constexpr Filtered filtered = Filtered::Stencil;
   static constexpr Degenerate degenerate = Degenerate::Skipped;
-  static constexpr int numbers = 13;  // the three angles at rest, B with C = B (theta - theta0), and 1 / max step
+  static constexpr int rest_values = 13;  // the three angles at rest, B with C = B (theta - theta0), and 1 / max step
   static constexpr int per_max_step = 12;
   static constexpr int multipliers = 3;
   static constexpr Parameter parameter{"poisson_ratio", 0, 0, true,
@@ -37,9 +37,9 @@ struct Plate {
     const S zero(R(0)), one(R(1));
     const Vector3<S> e = X[1] - X[0], f = X[2] - X[0], n = cross(e, f);
     const S length = sqrt(dot(e, e)), twice = sqrt(dot(n, n));
-    const S per = one / select(length > zero, length, one);
-    u[0] = zero, u[1] = length, u[2] = dot(e, f) * per;
-    v[0] = zero, v[1] = zero, v[2] = twice * per;
+    const S per_length = one / select(length > zero, length, one);
+    u[0] = zero, u[1] = length, u[2] = dot(e, f) * per_length;
+    v[0] = zero, v[1] = zero, v[2] = twice * per_length;
     for (int i = 0; i < 3; ++i) {
       // The wing lies beyond the side, at its height.
       const int from = (i + 1) % 3, to = (i + 2) % 3, wing = 3 + i;
@@ -74,7 +74,7 @@ struct Plate {
   }
 
   template <class S>
-  KERNEL static void rest(const Vector3<S> (&X)[6], S nu, S (&rest)[numbers]) {
+  KERNEL static void rest(const Vector3<S> (&X)[6], S nu, S (&rest)[rest_values]) {
     using R = typename RealOf<S>::type;
     const S zero(R(0)), one(R(1)), half(R(0.5));
     S a[3][3], area;
@@ -83,11 +83,11 @@ struct Plate {
     const Vector3<S> column[3] = {cross(row[1], row[2]), cross(row[2], row[0]), cross(row[0], row[1])};
     const S det = dot(row[0], column[0]), size = area * sqrt(area);
     const auto fits = (det * det > size * size * S(R(1e-12))) & (area > zero);
-    const S per = one / select(fits, det, one);
+    const S per_det = one / select(fits, det, one);
     const S sum = sqrt(area * (one + nu) * half), difference = sqrt(area * (one - nu) * half);
     S smallest = zero;             // of the heights over the hinges
     for (int i = 0; i < 3; ++i) {  // H = a^-1 theta, whose columns are column[i] / det
-      const Vector3<S> H = or_zero(fits, column[i] * per);
+      const Vector3<S> H = or_zero(fits, column[i] * per_det);
       rest[3 + i] = sum * (H.x + H.y), rest[6 + i] = difference * (H.x - H.y), rest[9 + i] = difference * (H.z + H.z);
       Vector3<S> q[4], grad[4];
       S scale, none[1] = {zero};
@@ -145,16 +145,16 @@ struct Plate {
     for (int m = 0; m < 3; ++m) {
       S row[3];  // of B turn
       for (int k = 0; k < 3; ++k) {
-        row[k] = number(rest, valid, m, 0) * turn[0][k];
-        for (int i = 1; i < 3; ++i) row[k] = row[k] + number(rest, valid, m, i) * turn[i][k];
+        row[k] = coefficient(rest, valid, m, 0) * turn[0][k];
+        for (int i = 1; i < 3; ++i) row[k] = row[k] + coefficient(rest, valid, m, i) * turn[i][k];
       }
       for (int k = 0; k <= m; ++k) {
-        A[m][k] = row[0] * number(rest, valid, k, 0);
-        for (int i = 1; i < 3; ++i) A[m][k] = A[m][k] + row[i] * number(rest, valid, k, i);
+        A[m][k] = row[0] * coefficient(rest, valid, k, 0);
+        for (int i = 1; i < 3; ++i) A[m][k] = A[m][k] + row[i] * coefficient(rest, valid, k, i);
       }
     }
     solve_at_once(A, C, alpha, sum, valid, dlambda);
-    S pull[3], pull_of_all[3], all[3], way2 = S(R(0));
+    S pull[3], pull_of_all[3], all[3], step2 = S(R(0));
     for (int m = 0; m < 3; ++m) all[m] = sum[m] + dlambda[m];
     now.pulls(rest, valid, dlambda, pull), now.pulls(rest, valid, all, pull_of_all);
     now.gather(pull, move);
@@ -162,20 +162,20 @@ struct Plate {
     const Folds<S> then(x, rest, valid);
     then.gather(pull, along), then.gather(pull_of_all, carried);
     blend_with_start(max_start_step, relative_displacement2(w, carried, x), w, along, move);
-    for (int j = 0; j < 6; ++j) way2 = max(way2, w[j] * w[j] * dot(move[j], move[j]));
-    const S one(R(1)), part = one / max(sqrt(way2) * select(valid, rest[per_max_step], one), one);
+    for (int j = 0; j < 6; ++j) step2 = max(step2, w[j] * w[j] * dot(move[j], move[j]));
+    const S one(R(1)), part = one / max(sqrt(step2) * select(valid, rest[per_max_step], one), one);
     for (int m = 0; m < 3; ++m) sum[m] = sum[m] + dlambda[m] * part;
     for (auto& of : move) of = of * part;
   }
 
   /// In the filter the three are vectors, B times the fold vectors of the hinges, each pulled to its length at rest.
   struct Stencil {
-    static constexpr int vectors = 3, numbers = 21;  // B, its inverse, lengths of the folds at rest
+    static constexpr int vectors = 3, coefficients = 21;  // B, its inverse, lengths of the folds at rest
     template <class S>
     KERNEL static void weights(const Vector3<S> (&X)[6], S nu, S (&c)[3][6], S (&own)[21]) {
       using R = typename RealOf<S>::type;
       const S zero(R(0)), one(R(1));
-      S of[Plate::numbers], fold[3][6];
+      S of[Plate::rest_values], fold[3][6];
       rest(X, nu, of);
       S folded = zero;
       for (int i = 0; i < 3; ++i) {
@@ -192,10 +192,10 @@ struct Plate {
       const Vector3<S> column[3] = {cross(row[1], row[2]), cross(row[2], row[0]), cross(row[0], row[1])};
       const S det = dot(row[0], column[0]);
       const auto curved = (folded > S(R(1e-9))) & (det * det > zero);
-      const S per = one / select(curved, det, one);
+      const S per_det = one / select(curved, det, one);
       for (int k = 0; k < 9; ++k) own[k] = of[3 + k];
       for (int m = 0; m < 3; ++m)
-        own[9 + m] = column[m].x * per, own[12 + m] = column[m].y * per, own[15 + m] = column[m].z * per;
+        own[9 + m] = column[m].x * per_det, own[12 + m] = column[m].y * per_det, own[15 + m] = column[m].z * per_det;
       for (S& number : own) number = select(curved, number, zero);
     }
     template <class S>
@@ -217,8 +217,8 @@ struct Plate {
     using R = typename RealOf<S>::type;
     const S one(R(1));
     const Vector3<S> e = to - from, r = wing - from, n = cross(e, r);
-    const S e2 = dot(e, e), per = one / select(e2 > S(tiny<R>()), e2, one);
-    foot = dot(r, e) * per, height = sqrt(dot(n, n) * per);
+    const S e2 = dot(e, e), per_e2 = one / select(e2 > S(tiny<R>()), e2, one);
+    foot = dot(r, e) * per_e2, height = sqrt(dot(n, n) * per_e2);
   }
 
   /// Weights of the hinge opposite to corner i: its fold is sum c_j x_j (see IsometricBending), 0 for one without
@@ -233,8 +233,8 @@ struct Plate {
     for (const int wing : wings) {
       S foot, height;
       over_edge(X[from], X[to], X[wing], foot, height);
-      const S per = select(height > zero, one / select(height > zero, height, one), zero);
-      c[wing] = per, c[from] = c[from] - (one - foot) * per, c[to] = c[to] - foot * per;
+      const S per_height = select(height > zero, one / select(height > zero, height, one), zero);
+      c[wing] = per_height, c[from] = c[from] - (one - foot) * per_height, c[to] = c[to] - foot * per_height;
     }
   }
 
@@ -242,9 +242,9 @@ struct Plate {
   KERNEL static void hinge(const Vector3<S> (&p)[6], int i, Vector3<S> (&q)[4]) {
     q[0] = p[(i + 1) % 3], q[1] = p[(i + 2) % 3], q[2] = p[i], q[3] = p[3 + i];
   }
-  /// B, or 0 in padding.
+  /// A coefficient of B, or 0 in padding.
   template <class S, class Mask>
-  KERNEL static S number(const S* rest, const Mask& valid, int m, int i) {
+  KERNEL static S coefficient(const S* rest, const Mask& valid, int m, int i) {
     return select(valid, rest[3 + 3 * m + i], S(typename RealOf<S>::type(0)));
   }
 
@@ -265,15 +265,15 @@ struct Plate {
     template <class Mask>
     KERNEL void constraints(const S* rest, const Mask& valid, S (&C)[3]) const {
       for (int m = 0; m < 3; ++m)
-        C[m] = number(rest, valid, m, 0) * theta[0] + number(rest, valid, m, 1) * theta[1] +
-               number(rest, valid, m, 2) * theta[2];
+        C[m] = coefficient(rest, valid, m, 0) * theta[0] + coefficient(rest, valid, m, 1) * theta[1] +
+               coefficient(rest, valid, m, 2) * theta[2];
     }
     /// Computes B^T x.
     template <class Mask>
     KERNEL void pulls(const S* rest, const Mask& valid, const S (&x)[3], S (&pull)[3]) const {
       for (int i = 0; i < 3; ++i)
-        pull[i] =
-            number(rest, valid, 0, i) * x[0] + number(rest, valid, 1, i) * x[1] + number(rest, valid, 2, i) * x[2];
+        pull[i] = coefficient(rest, valid, 0, i) * x[0] + coefficient(rest, valid, 1, i) * x[1] +
+                  coefficient(rest, valid, 2, i) * x[2];
     }
     /// The index, among the six, of particle j of hinge i.
     KERNEL static int particle(int i, int j) {

@@ -15,7 +15,7 @@ struct Volume {
   static constexpr Strength strength{true, nullptr, nullptr};
   static constexpr Filtered filtered = Filtered::After;
   static constexpr Degenerate degenerate = Degenerate::Projected;
-  static constexpr int numbers = 1;
+  static constexpr int rest_values = 1;
   static constexpr Parameter parameter{"rest_scale", 1, 0, true};
 
   /// V0, m^3: the volume at rest times rest_scale.

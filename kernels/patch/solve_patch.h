@@ -3,11 +3,13 @@
 // no other pass lies between prediction and update, the solve does both as well, and displacements of particles that no
 // other patch shares never leave the fast memory.
 //
-// An iteration is a symmetric Gauss-Seidel sweep: forward and backward over all constraints, keeping the multipliers. A
-// forward sweep alone is not symmetric and adds energy to undamped motion, whatever the order; a symmetric one does
-// not, nor do two, one after the other. So all phases but the last are swept forward and backward, with both sweeps of
-// the last of them in one solve, and then the last phase, whose solves do both sweeps too: with one or two phases every
-// patch is solved once.
+// An iteration is a symmetric Gauss-Seidel sweep: forward over all constraints and then backward, in the reverse order,
+// with multipliers that are kept from one to the other. A forward sweep alone is not symmetric and adds energy to
+// undamped motion, in whatever order it goes. A symmetric sweep does not, and neither do two symmetric sweeps one after
+// the other. An iteration therefore is two of them, over the colours of patches. The first goes over all colours but
+// the last, forward and backward; where it turns, at the last but one, a solve does both directions. The second one
+// goes over the last colour alone, and a solve does both directions too. With one or two colours every patch is
+// therefore solved once an iteration.
 #pragma once
 #include "kernels/constraints/constraint_registry.h"
 #include "kernels/environment/broad_phase.h"
@@ -29,7 +31,7 @@ struct SolvePatch {
   const Batch* batches;
   const SetView<R>* sets;
   Particles<R> particles;
-  R dt, per_dt;            // s, 1/s
+  R dt, per_dt;            // the substep h, s, and 1 / h
   Vector3<R> gravity;      // m/s^2
   bool predicts;           // the first solve of a particle predicts it
   bool updates;            // the last one updates its state
@@ -37,7 +39,8 @@ struct SolvePatch {
   bool forward, backward;  // which sweeps this solve does
   bool prefetches;         // the particles do not fit in a core's caches: those of the next patch are prefetched
   int substep;             // from 1 on
-  RestrictionTarget<R> restriction;  // of the next prediction to the coarser level, by the last solves
+  RestrictionTarget<R>
+      restriction;  // particles of the coarser level, to which last solves restrict the next prediction
   ProlongationView<R> prolongation;  // coarse correction, patch by patch: added to predicted particles
   int* non_finite;  // of each patch: the first substep that left a particle without a finite position, or 0
   R max_speed2;     // m^2/s^2, where speeds are limited
@@ -132,7 +135,7 @@ struct SolvePatch {
     if (batch.uniform_rest)
       prefetch_patch(set.valid + batch.rests, batch.count / kSlotPack + 1);
     else
-      prefetch_patch(set.rest + batch.rests, batch.count * set.numbers);
+      prefetch_patch(set.rest + batch.rests, batch.count * set.rest_values);
   }
 
   template <class T>
@@ -177,7 +180,8 @@ struct SolvePatch {
       if (!(zero == R(0))) mark_non_finite(group);
       return;
     }
-    // The remainder is covered by a whole pack that overlaps the last one, and that is loaded before that is stored.
+    // The particles behind the last whole pack are updated by one more pack, which ends with the last particle and
+    // overlaps the whole pack before it. It is computed first, because an update overwrites what it reads.
     const int packs = segment.count / lanes, rest = segment.count - lanes;
     const State<S> last = new_state<S>(segment, rest, local);
     S zero = zero_if_finite(last.x);

@@ -41,11 +41,11 @@ KERNEL void solve_at_once(S (&A)[m][m], const S (&C)[m], S alpha, const S (&sum)
   const auto moves = valid & (trace > S(tiny<R>())) & (trace < S(R(1) / tiny<R>()));
   // The system is divided by the trace, so that products stay in range. Without compliance, linearly dependent
   // gradients make A singular: a millionth on the diagonal keeps pivots above rounding.
-  const S per = one / select(moves, trace, one), softness = max(alpha * per, S(R(1e-6)));
+  const S per_trace = one / select(moves, trace, one), softness = max(alpha * per_trace, S(R(1e-6)));
   for (int i = 0; i < m; ++i) {
-    for (int k = 0; k < i; ++k) A[i][k] = select(moves, A[i][k] * per, zero);
-    A[i][i] = select(moves, A[i][i] * per + softness, one);
-    b[i] = select(moves, (-C[i] - alpha * sum[i]) * per, zero);
+    for (int k = 0; k < i; ++k) A[i][k] = select(moves, A[i][k] * per_trace, zero);
+    A[i][i] = select(moves, A[i][i] * per_trace + softness, one);
+    b[i] = select(moves, (-C[i] - alpha * sum[i]) * per_trace, zero);
   }
   solve_block(A, b, dlambda);
 }

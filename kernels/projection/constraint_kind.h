@@ -82,9 +82,9 @@ concept DeclaresFiltered = requires {
   Filtered(K::filtered);
 }
 &&(K::filtered == Filtered::After || !K::inequality) && (K::filtered != Filtered::Spring || K::particles == 2);
-template <class K, class T, int n, int m = T::vectors, int numbers = T::numbers>
-concept StencilType = (numbers > 0) &&
-                      requires(const Vector3<double> (&X)[n], double (&c)[m][n], double (&own)[numbers],
+template <class K, class T, int n, int m = T::vectors, int coefficients = T::coefficients>
+concept StencilType = (coefficients > 0) &&
+                      requires(const Vector3<double> (&X)[n], double (&c)[m][n], double (&own)[coefficients],
                                const Vector3<float> (&f)[m], const float* from, Vector3<float> (&d)[m]) {
   T::weights(X, 1.0, c, own);
   T::target(f, from, d);
@@ -97,8 +97,8 @@ concept DeclaresDegenerate = requires {
   Degenerate(K::degenerate);
 };
 template <class K>
-concept HasRestValues = K::numbers >
-0 && requires(const Vector3<double> (&X)[K::particles], double (&rest)[K::numbers]) { K::rest(X, 1.0, rest); };
+concept HasRestValues = K::rest_values >
+0 && requires(const Vector3<double> (&X)[K::particles], double (&rest)[K::rest_values]) { K::rest(X, 1.0, rest); };
 template <class K, class S, class Mask = decltype(S() == S())>
 concept HasEvaluate = requires(const Vector3<S> (&p)[K::particles], const S* rest, const Mask& valid,
                                Vector3<S> (&grad)[K::particles], S& scale) {

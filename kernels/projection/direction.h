@@ -7,15 +7,18 @@
 namespace malha {
 
 /// The largest total correction of a constraint in a substep that goes along the gradient at the start of the substep,
-/// as a part of the element's size. Of a larger total only that share goes along it, and the rest along the current
-/// gradient: a jump from one to the other would throw a body at rest back and forth.
+/// as a part of the element's size. Of a larger total, only the share within this bound goes along that gradient, and
+/// the rest along the current one. Replacing the whole direction at once would throw a body at rest back and forth.
 ///
-/// A fixed direction does not respond to the constraint's own force: transverse motion then has a spring of stiffness
-/// lambda / (dt^2 l) that is integrated explicitly, and eight of them at a particle become unstable from
-/// lambda w / l = 1 / 8 on. Taut sheets did so, at metres a second, the faster the more substeps; along the current
-/// gradient they come to rest. Torn or crushed bodies, too, would keep all their energy. Hanging, falling and turning
-/// bodies do not reach this bound where the substeps resolve them: hung sheets of 16 and 46 edges have the same errors
-/// with twice as much; with half as much, those that hang by a corner begin to turn by themselves.
+/// The bound is needed because the gradient at the start does not turn while a constraint moves its particles. The
+/// constraint's tension then acts on transverse motion as a spring of stiffness lambda / (h^2 l), with the substep h,
+/// that is integrated explicitly. Eight such constraints at a particle are unstable from lambda w / l = 1 / 8 on.
+/// Without the bound, taut sheets moved by themselves at metres a second, the faster the more substeps; along the
+/// current gradient they come to rest. Torn or crushed bodies, too, would keep all their energy.
+///
+/// Hanging, falling and turning bodies do not reach the bound where the substeps resolve their motion. Hung sheets of
+/// 16 and 46 edges have the same errors with twice this value. With half of it, sheets that hang by a corner begin to
+/// turn by themselves.
 inline constexpr double kMaxStartStep = 0.04;
 /// The same for a set of constraints. Pressure acts along its gradient at the start of the substep: tension along
 /// another direction is not in equilibrium with it, and makes the body roll. Bodies with pressure therefore have a
@@ -41,9 +44,9 @@ KERNEL S size2_of(const Vector3<S> (&x)[n]) {
 /// The largest displacement w |along| of a particle, squared.
 template <class S, int n>
 KERNEL S max_displacement2(const S (&w)[n], const Vector3<S> (&along)[n]) {
-  S way2 = w[0] * w[0] * dot(along[0], along[0]);
-  for (int j = 1; j < n; ++j) way2 = max(way2, w[j] * w[j] * dot(along[j], along[j]));
-  return way2;
+  S largest2 = w[0] * w[0] * dot(along[0], along[0]);
+  for (int j = 1; j < n; ++j) largest2 = max(largest2, w[j] * w[j] * dot(along[j], along[j]));
+  return largest2;
 }
 
 /// sum of w a . b. With two particles the gradients are opposite.
@@ -58,38 +61,41 @@ KERNEL S weighted_dot(const S (&w)[n], const Vector3<S> (&a)[n], const Vector3<S
   }
 }
 
-/// Tells whether applied / per times `along` moves no particle farther than `most` times the element's size at x. With
-/// two particles `along` is as long as the element.
+/// Tells whether applied / denominator times `along` moves no particle farther than `max_start_step` times the
+/// element's size at x. With two particles `along` is as long as the element.
 template <class S, int n>
-KERNEL auto moves_within(const S& most, const S& applied, const S& per, const S (&w)[n], const Vector3<S> (&along)[n],
-                         const Vector3<S> (&x)[n]) {
+KERNEL auto moves_within(const S& max_start_step, const S& applied, const S& denominator, const S (&w)[n],
+                         const Vector3<S> (&along)[n], const Vector3<S> (&x)[n]) {
   if constexpr (n == 2)
-    return applied * max(w[0], w[1]) <= most * per;
+    return applied * max(w[0], w[1]) <= max_start_step * denominator;
   else
-    return applied * applied * max_displacement2(w, along) <= most * most * size2_of(x) * per * per;
+    return applied * applied * max_displacement2(w, along) <=
+           max_start_step * max_start_step * size2_of(x) * denominator * denominator;
 }
 
-/// The share of that correction that does not exceed it, where the whole does.
+/// The largest share of applied / denominator times `along`, at most 1, that moves no particle farther than that.
 template <class S, int n>
-KERNEL S share_within(const S& most, const S& applied, const S& per, const S (&w)[n], const Vector3<S> (&along)[n],
-                      const Vector3<S> (&x)[n]) {
+KERNEL S share_within(const S& max_start_step, const S& applied, const S& denominator, const S (&w)[n],
+                      const Vector3<S> (&along)[n], const Vector3<S> (&x)[n]) {
   const S zero(typename RealOf<S>::type(0)), one(typename RealOf<S>::type(1));
-  S way;
+  S displacement;
   if constexpr (n == 2)
-    way = applied * max(w[0], w[1]);
+    displacement = applied * max(w[0], w[1]);
   else
-    way = applied * sqrt(max_displacement2(w, along));
+    displacement = applied * sqrt(max_displacement2(w, along));
   S size = one;
   if constexpr (n > 2) size = sqrt(size2_of(x));
-  return select(way > zero, most * per * size / select(way > zero, way, one), one);
+  return select(displacement > zero,
+                max_start_step * denominator * size / select(displacement > zero, displacement, one), one);
 }
 
-/// Tells whether the angle between both gradients is below that of this cosine; cross: w grad . along.
+/// Tells whether the angle between both gradients is below that of this cosine. `grad_dot_along`: their weighted_dot().
 template <class S, int n>
 KERNEL auto is_aligned(double cosine, const S (&w)[n], const Vector3<S> (&grad)[n], const Vector3<S> (&along)[n],
-                       const S& cross) {
+                       const S& grad_dot_along) {
   using R = typename RealOf<S>::type;
-  return S(R(cosine * cosine)) * weighted_dot(w, grad, grad) * weighted_dot(w, along, along) <= cross * cross;
+  return S(R(cosine * cosine)) * weighted_dot(w, grad, grad) * weighted_dot(w, along, along) <=
+         grad_dot_along * grad_dot_along;
 }
 
 /// Tells whether a sum of w grad^2 exceeds the rounding error of the largest gradient.
@@ -97,28 +103,29 @@ template <class S, int n>
 KERNEL auto exceeds_rounding(const S& sum, const S (&w)[n], const Vector3<S> (&grad)[n]) {
   using R = typename RealOf<S>::type;
   constexpr double rounding = sizeof(R) == 4 ? 0x1p-19 : 0x1p-48;  // 16 spacings at 1
-  S most_w = w[0], most2 = dot(grad[0], grad[0]);
-  for (int j = 1; j < n; ++j) most_w = max(most_w, w[j]), most2 = max(most2, dot(grad[j], grad[j]));
-  return sum > S(R(rounding * rounding)) * most_w * most2;
+  S max_w = w[0], max_grad2 = dot(grad[0], grad[0]);
+  for (int j = 1; j < n; ++j) max_w = max(max_w, w[j]), max_grad2 = max(max_grad2, dot(grad[j], grad[j]));
+  return sum > S(R(rounding * rounding)) * max_w * max_grad2;
 }
 
-/// Replaces the correction `move` of several simultaneous constraints, which is along their current gradients, by
-/// `along`, the same along those at the start of the substep, if both are nearly parallel: the corrections were solved
-/// for with the current ones. `relative2`: total displacement in the substep over the element's size, squared. Beyond
-/// `most` only a share goes along.
+/// Blends two corrections of constraints that are projected together. Both have the same multipliers: `move` is along
+/// the current gradients, for which the multipliers were computed, and `along` is along the gradients at the start of
+/// the substep. `move` becomes `along` if the two are nearly parallel, and stays as it is if they are not, because the
+/// multipliers would not fit. `relative2`: the square of the total displacement in the substep over the element's size.
+/// Where that exceeds `max_start_step`, only a share of the correction goes along `along`.
 template <class S, int n>
-KERNEL void blend_with_start(const S& most, const S& relative2, const S (&w)[n], const Vector3<S> (&along)[n],
+KERNEL void blend_with_start(const S& max_start_step, const S& relative2, const S (&w)[n], const Vector3<S> (&along)[n],
                              Vector3<S> (&move)[n]) {
   using R = typename RealOf<S>::type;
-  const S zero(R(0)), one(R(1)), cross = weighted_dot(w, move, along);
-  const auto near = (zero <= cross) & is_aligned(kMinTurnCosine, w, move, along, cross);
-  const auto whole = near & (relative2 <= most * most);
+  const S zero(R(0)), one(R(1)), move_dot_along = weighted_dot(w, move, along);
+  const auto near = (zero <= move_dot_along) & is_aligned(kMinTurnCosine, w, move, along, move_dot_along);
+  const auto whole = near & (relative2 <= max_start_step * max_start_step);
   if (movemask(near) != movemask(whole)) {  // rare
-    const S share = select(whole, one, most / sqrt(select(whole, one, relative2))), other = one - share;
+    const S share = select(whole, one, max_start_step / sqrt(select(whole, one, relative2))), other = one - share;
     for (int j = 0; j < n; ++j)
-      move[j] = either(whole, along[j], either(near, along[j] * share + move[j] * other, move[j]));
+      move[j] = select_vector(whole, along[j], select_vector(near, along[j] * share + move[j] * other, move[j]));
   } else {
-    for (int j = 0; j < n; ++j) move[j] = either(whole, along[j], move[j]);
+    for (int j = 0; j < n; ++j) move[j] = select_vector(whole, along[j], move[j]);
   }
 }
 

@@ -26,8 +26,8 @@ KERNEL constexpr bool takes_material() {
 
 /// Number of rest values of a constraint.
 template <class Kind>
-KERNEL constexpr int rest_numbers(Update update) {
-  return Kind::numbers + (update == Update::Material ? 1 : 0);
+KERNEL constexpr int rest_value_count(Update update) {
+  return Kind::rest_values + (update == Update::Material ? 1 : 0);
 }
 
 /// Number of multipliers of a constraint: one, or `multipliers` of a kind that has a step().
@@ -54,8 +54,9 @@ template <class Kind>
 KERNEL constexpr bool has_max_step() {
   return requires { Kind::per_max_step; };
 }
-/// That bound as a share of the size at rest, about a twentieth. It is chosen so that no multiple of a grid's spacing
-/// is half way between two numbers of 8 bits.
+/// The bound of a step over the element's size at rest, about a twentieth. 1 / bound is rounded to 8 bits, below. With
+/// this value, no multiple of a grid's spacing gives a number that is half way between two numbers of 8 bits, where the
+/// rounding errors of positions would decide which of the two is taken.
 inline constexpr double kMaxStep = 3.14159265358979323846 / 64;
 
 /// a rounded to 8 bits: the same for all elements of a grid in spite of rounded positions, so that it is stored once.
@@ -78,11 +79,11 @@ KERNEL S per_max_step_of(const S& size) {
 /// padding are NaN.
 template <class R>
 struct SetView {
-  int kind;       // index among the kinds of a sweep
-  Update update;  // how its constraints are projected
-  int numbers;    // rest values of a constraint
+  int kind;         // index among the kinds of a sweep
+  Update update;    // how its constraints are projected
+  int rest_values;  // number of them, for each constraint
   const LocalIndex* index[kMostParticles];
-  const R* rest;                // by blocks of 16 slots: the first value of each, then the second, ...
+  const R* rest;                // in blocks of 16 slots: the first values of the 16, their second values, ...
   const R* common;              // rest values of uniform batches
   const unsigned short* valid;  // of uniform batches, one bit for each slot: not padding
   R* lambda;                    // multipliers, accumulated over the projections of a substep; unused if stiff
@@ -94,9 +95,9 @@ struct SetView {
 
 /// The rest values of a pack. In a lane without constraint (padding) every kind returns a zero gradient: in a run such
 /// a lane loads and stores particles of other constraints, finite or not.
-template <class S, int numbers>
+template <class S, int rest_values>
 struct RestOf {
-  S value[numbers];
+  S value[rest_values];
   decltype(S() == S()) valid;
 };
 
@@ -127,25 +128,25 @@ KERNEL constexpr bool limits_turn() {
 
 /// One projection of a pack of constraints: d += w grad dlambda.
 template <class Kind, Update update, class R>
-struct Correct {
+struct ProjectPack {
   static constexpr int n = Kind::particles;
-  static constexpr int numbers = rest_numbers<Kind>(update);
+  static constexpr int rest_values = rest_value_count<Kind>(update);
   R* lambda;             // from the batch's first slot on
-  R number;              // k' or alpha~
+  R k_or_alpha;          // k' or alpha~
   bool first_iteration;  // first projection of a substep: lambda is 0
   bool from_start;
   R max_start_step;
 
-  KERNEL Correct(const SetView<R>& set, int slot, bool first)
+  KERNEL ProjectPack(const SetView<R>& set, int slot, bool first)
       : lambda(set.lambda + slot * multipliers<Kind>()),
-        number(update == Update::Stiff ? set.stiffness : set.compliance),
+        k_or_alpha(update == Update::Stiff ? set.stiffness : set.compliance),
         first_iteration(first),
         from_start(set.from_start),
         max_start_step(set.max_start_step) {}
 
   /// evaluate() scales C and its gradient by s > 0, which PBD does not notice. XPBD's multiplier grows by s dlambda.
   template <class S>
-  KERNEL void operator()(PatchParticle<S> (&q)[n], const RestOf<S, numbers>& rest, int at) const {
+  KERNEL void operator()(PatchParticle<S> (&q)[n], const RestOf<S, rest_values>& rest, int at) const {
     const Places<S, n> places(q, from_start);
     if constexpr (multipliers<Kind>() > 1)
       step(q, places, rest, at);
@@ -155,46 +156,48 @@ struct Correct {
 
  private:
   template <class S>
-  KERNEL void project_one(PatchParticle<S> (&q)[n], const Places<S, n>& places, const RestOf<S, numbers>& rest,
+  KERNEL void project_one(PatchParticle<S> (&q)[n], const Places<S, n>& places, const RestOf<S, rest_values>& rest,
                           int at) const {
     Vector3<S> grad[n], along[n];
     S s, s_along, w[n];
     for (int j = 0; j < n; ++j) w[j] = q[j].w;
     const S C = Kind::evaluate(places.p, rest.value, rest.valid, grad, s);
     Kind::evaluate(places.x, rest.value, rest.valid, along, s_along);
-    const S zero(R(0)), one(R(1)), cross = weighted_dot(w, grad, along);
-    // applied / per times `along` bounds the total of this correction and those before it in the substep.
-    S alpha = zero, total = zero, wanted = -C, per = cross, applied;
+    const S zero(R(0)), one(R(1)), grad_dot_along = weighted_dot(w, grad, along);
+    // applied / denominator is an upper bound of the magnitude of the substep's total multiplier, this projection
+    // included: times `along` it bounds the total correction.
+    S alpha = zero, total = zero, wanted = -C, denominator = grad_dot_along, applied;
     if constexpr (update == Update::Stiff) {
-      wanted = wanted * S(number), applied = abs(wanted);
+      wanted = wanted * S(k_or_alpha), applied = abs(wanted);
     } else {
-      alpha = S(number);
-      if constexpr (update == Update::Material) alpha = alpha * rest.value[Kind::numbers];
+      alpha = S(k_or_alpha);
+      if constexpr (update == Update::Material) alpha = alpha * rest.value[Kind::rest_values];
       if (!first_iteration) load(lambda + at, total);
-      wanted = wanted - s * alpha * total, per = cross + alpha * s * s_along;
-      applied = abs(wanted) * s_along + abs(total) * per, per = per * s_along;
+      wanted = wanted - s * alpha * total, denominator = grad_dot_along + alpha * s * s_along;
+      applied = abs(wanted) * s_along + abs(total) * denominator, denominator = denominator * s_along;
     }
-    auto near = cross > zero;
-    if constexpr (limits_turn<Kind>()) near = near & is_aligned(Kind::min_turn_cosine, w, grad, along, cross);
-    const auto whole = near & moves_within(S(max_start_step), applied, per, w, along, places.x);
-    S sum = cross;
+    auto near = grad_dot_along > zero;
+    if constexpr (limits_turn<Kind>()) near = near & is_aligned(Kind::min_turn_cosine, w, grad, along, grad_dot_along);
+    const auto whole = near & moves_within(S(max_start_step), applied, denominator, w, along, places.x);
+    S sum = grad_dot_along;
     if ((movemask(rest.valid) & ~movemask(whole)) != 0) {  // rare: the branch costs less than the work that it saves
       // A lane's bits do not depend on other lanes: those that go wholly along the old gradient stay as they are.
-      const S share = share_within(S(max_start_step), applied, per, w, along, places.x), other = one - share;
+      const S share = share_within(S(max_start_step), applied, denominator, w, along, places.x), other = one - share;
       const S now = weighted_dot(w, grad, grad);
-      sum = select(whole, cross, select(near, cross * share + now * other, now));
+      sum = select(whole, grad_dot_along, select(near, grad_dot_along * share + now * other, now));
       s_along = select(whole, s_along, select(near, s_along * share + s * other, s));
       for (int j = 0; j < n; ++j)
-        along[j] = either(whole, along[j], either(near, along[j] * share + grad[j] * other, grad[j]));
+        along[j] = select_vector(whole, along[j], select_vector(near, along[j] * share + grad[j] * other, grad[j]));
     }
-    S way2 = S(R(0));
-    if constexpr (has_max_step<Kind>()) way2 = max_displacement2(w, along);
-    // wanted / bounded(denominator) moves no particle farther than the bound. (NaN of padding gives the denominator.)
-    const auto bounded = [&](const S& all) KERNEL_LAMBDA {
+    S step2 = S(R(0));  // of a multiplier of 1
+    if constexpr (has_max_step<Kind>()) step2 = max_displacement2(w, along);
+    // Enlarges the denominator of dlambda = wanted / denominator until no particle moves farther than the kind's bound.
+    // In padding the first argument of max() is NaN, so that max() returns the second.
+    const auto bounded = [&](const S& unbounded) KERNEL_LAMBDA {
       if constexpr (has_max_step<Kind>())
-        return max(max(wanted, -wanted) * (sqrt(way2) * rest.value[Kind::per_max_step]), all);
+        return max(max(wanted, -wanted) * (sqrt(step2) * rest.value[Kind::per_max_step]), unbounded);
       else
-        return all;
+        return unbounded;
     };
 
     // Constraints without gradient or movable particle, and padding, are skipped, never NaN. So are constraints whose
@@ -217,7 +220,8 @@ struct Correct {
 
   /// The kind's step() for all its multipliers at once, which are stored as rest values are.
   template <class S>
-  KERNEL void step(PatchParticle<S> (&q)[n], const Places<S, n>& places, const RestOf<S, numbers>& rest, int at) const {
+  KERNEL void step(PatchParticle<S> (&q)[n], const Places<S, n>& places, const RestOf<S, rest_values>& rest,
+                   int at) const {
     constexpr int m = multipliers<Kind>();
     R* const sums = lambda + at / kSlotPack * kSlotPack * m + at % kSlotPack;
     S sum[m], w[n];
@@ -227,8 +231,8 @@ struct Correct {
       if (!first_iteration) load(sums + k * kSlotPack, sum[k]);
     }
     Vector3<S> move[n];
-    S alpha(update == Update::Stiff ? R(0) : number);
-    if constexpr (update == Update::Material) alpha = alpha * rest.value[Kind::numbers];
+    S alpha(update == Update::Stiff ? R(0) : k_or_alpha);
+    if constexpr (update == Update::Material) alpha = alpha * rest.value[Kind::rest_values];
     Kind::step(places.p, places.x, w, rest.value, rest.valid, alpha, S(max_start_step), sum, move);
     for (int k = 0; k < m; ++k) store(sum[k], sums + k * kSlotPack);
     for (int j = 0; j < n; ++j) q[j].d = q[j].d + move[j] * w[j];
@@ -236,30 +240,31 @@ struct Correct {
 };
 
 /// Rest values of a batch by slot.
-template <class R, int numbers>
+template <class R, int rest_values>
 struct RestOfEach {
   const R* rest;
   template <class S>
-  KERNEL RestOf<S, numbers> read(int at) const {
-    RestOf<S, numbers> of;
-    const R* from = rest + at / kSlotPack * kSlotPack * numbers + at % kSlotPack;
-    for (int k = 0; k < numbers; ++k) load(from + k * kSlotPack, of.value[k]);
+  KERNEL RestOf<S, rest_values> read(int at) const {
+    RestOf<S, rest_values> of;
+    const R* from = rest + at / kSlotPack * kSlotPack * rest_values + at % kSlotPack;
+    for (int k = 0; k < rest_values; ++k) load(from + k * kSlotPack, of.value[k]);
     of.valid = of.value[0] == of.value[0];
     return of;
   }
 };
-/// Rest values of a uniform batch, such as a grid's: a 32nd of the memory.
-template <class R, int numbers>
+/// Rest values of a uniform batch, such as a grid's, which all constraints share. A slot takes one bit of memory, which
+/// tells whether it has a constraint, instead of a number of 32 bits.
+template <class R, int rest_values>
 struct RestOfAll {
-  R rest[numbers];
+  R rest[rest_values];
   const unsigned short* valid;
   KERNEL RestOfAll(const R* common, const unsigned short* bits) : valid(bits) {
-    for (int k = 0; k < numbers; ++k) rest[k] = common[k];
+    for (int k = 0; k < rest_values; ++k) rest[k] = common[k];
   }
   template <class S>
-  KERNEL RestOf<S, numbers> read(int at) const {
-    RestOf<S, numbers> of;
-    for (int k = 0; k < numbers; ++k) of.value[k] = S(rest[k]);
+  KERNEL RestOf<S, rest_values> read(int at) const {
+    RestOf<S, rest_values> of;
+    for (int k = 0; k < rest_values; ++k) of.value[k] = S(rest[k]);
     of.valid = mask_from_bits<S>(valid[at / kSlotPack] >> at % kSlotPack);
     return of;
   }
@@ -271,7 +276,7 @@ struct ProjectRun {
   static constexpr int n = Kind::particles;
   static constexpr int lanes = kLanes<R, Isa>;
   using S = Lane<R, Isa>;
-  Correct<Kind, update, R> correct;
+  ProjectPack<Kind, update, R> project_pack;
   Rest rest;
   Local end[n];  // memory from the first particle of each corner on
 
@@ -279,7 +284,7 @@ struct ProjectRun {
     const int first = pack * lanes;
     PatchParticle<S> q[n];
     for (int j = 0; j < n; ++j) end[j].load_particle(first, q[j]);
-    correct(q, rest.template read<S>(first), first);
+    project_pack(q, rest.template read<S>(first), first);
     for (int j = 0; j < n; ++j) end[j].store_displacement(first, q[j].d);
   }
 };
@@ -294,8 +299,8 @@ struct ProjectGathered {
     PatchParticle<S> q[n];
   };
   Local local;
-  Correct<Kind, update, R> correct;
-  RestOfEach<R, rest_numbers<Kind>(update)> rest;
+  ProjectPack<Kind, update, R> project_pack;
+  RestOfEach<R, rest_value_count<Kind>(update)> rest;
   const LocalIndex* index[n];
 
   // Addresses are cheaper to recompute than to keep: there are more of them than registers.
@@ -305,7 +310,7 @@ struct ProjectGathered {
     return corners;
   }
   KERNEL void compute(int pack, Corners& corners) const {
-    correct(corners.q, rest.template read<S>(pack * lanes), pack * lanes);
+    project_pack(corners.q, rest.template read<S>(pack * lanes), pack * lanes);
   }
   KERNEL void write(int pack, const Corners& corners) const {
     for (int j = 0; j < n; ++j) local.scatter(opaque(index[j]) + pack * lanes, corners.q[j].d);
@@ -339,20 +344,20 @@ template <class Kind, Update update, class R, class Group, class Local>
 KERNEL void project(const Group& group, const Local& local, const SetView<R>& set, const Batch& batch,
                     bool first_iteration) {
   using Isa = typename Group::Isa;
-  constexpr int n = Kind::particles, lanes = kLanes<R, Isa>, numbers = rest_numbers<Kind>(update);
+  constexpr int n = Kind::particles, lanes = kLanes<R, Isa>, rest_values = rest_value_count<Kind>(update);
   const int packs = (batch.count + lanes - 1) / lanes;
-  const Correct<Kind, update, R> correct(set, batch.slot, first_iteration);
+  const ProjectPack<Kind, update, R> project_pack(set, batch.slot, first_iteration);
   if constexpr (Local::is_soa) {
     const auto project_run = [&]<class Rest>(const Rest& rest) KERNEL_LAMBDA {
-      ProjectRun<Kind, update, R, Isa, Local, Rest> kernel{correct, rest, {}};
+      ProjectRun<Kind, update, R, Isa, Local, Rest> kernel{project_pack, rest, {}};
       for (int j = 0; j < n; ++j) kernel.end[j] = local.from(batch.from[j]);
       group.for_each(packs, kernel);
     };
     if (batch.uniform_rest)
-      return project_run(RestOfAll<R, numbers>(set.common + batch.common, set.valid + batch.rests));
-    if (batch.run) return project_run(RestOfEach<R, numbers>{set.rest + batch.rests});
+      return project_run(RestOfAll<R, rest_values>(set.common + batch.common, set.valid + batch.rests));
+    if (batch.run) return project_run(RestOfEach<R, rest_values>{set.rest + batch.rests});
   }
-  ProjectGathered<Kind, update, R, Isa, Local> kernel{local, correct, {set.rest + batch.rests}, {}};
+  ProjectGathered<Kind, update, R, Isa, Local> kernel{local, project_pack, {set.rest + batch.rests}, {}};
   for (int j = 0; j < n; ++j) kernel.index[j] = set.index[j] + batch.index;
   if constexpr (!Local::is_soa) {
     if (!batch.pins) return group.for_each_ahead(packs, kernel);

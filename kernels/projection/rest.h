@@ -17,7 +17,7 @@ KERNEL void corners(const Point* x, const int* particles, Vector3<double> (&q)[K
 
 /// Rest values of a constraint from the rest positions.
 template <class Kind, class Point>
-KERNEL void rest_values(const Point* X, const int* particles, double parameter, double (&rest)[Kind::numbers]) {
+KERNEL void rest_values(const Point* X, const int* particles, double parameter, double (&rest)[Kind::rest_values]) {
   Vector3<double> q[Kind::particles];
   corners<Kind>(X, particles, q);
   Kind::rest(q, parameter, rest);
@@ -26,7 +26,7 @@ KERNEL void rest_values(const Point* X, const int* particles, double parameter, 
 /// The first rest value, with which the constraint's quantity is compared.
 template <class Kind, class Point>
 KERNEL double rest_value(const Point* X, const int* particles, double parameter) {
-  double rest[Kind::numbers];
+  double rest[Kind::rest_values];
   rest_values<Kind>(X, particles, parameter, rest);
   return rest[0];
 }
@@ -55,7 +55,7 @@ struct MeasureResidual {
   const double* softness;  // factor of each constraint's compliance; null: 1
   KERNEL Residual operator()(int c) const {
     constexpr int n = Kind::particles;
-    double rest[Kind::numbers];
+    double rest[Kind::rest_values];
     rest_values<Kind>(X, particles + c * n, parameter, rest);
     Vector3<double> q[n], grad[n];
     corners<Kind>(x, particles + c * n, q);
@@ -85,7 +85,7 @@ struct MeasureEnergy {
   double parameter;
   const double* softness;  // factor of each constraint's compliance; null: 1
   KERNEL Sum operator()(int c) const {
-    double rest[Kind::numbers];
+    double rest[Kind::rest_values];
     rest_values<Kind>(X, particles + c * Kind::particles, parameter, rest);
     Vector3<double> q[Kind::particles];
     corners<Kind>(x, particles + c * Kind::particles, q);

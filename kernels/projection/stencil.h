@@ -5,7 +5,7 @@
 // (This is one local step of Liu, Bargteil, O'Brien, Kavan 2013, for other elements than springs.)
 //
 // A kind with Filtered::Stencil has a type Stencil with
-//   vectors, numbers                  number of f_m, and of the coefficients of a target
+//   vectors, coefficients             number of f_m, and of the coefficients of a target
 //   weights(X, parameter, c, coeff)   both, from the rest positions; with coefficients of 0 the target is 0
 //   target(f, coeff, d)               d_m(f)
 //   lever(X)                          m per unit of C, which converts a stiffness in N/m to one of C. Only kinds that
@@ -40,7 +40,7 @@ struct ComputeTargets {
       gather_rows(at, targets.particle + s * n + j, x, none);
       for (int k = 0; k < m; ++k) f[k] = f[k] + x * targets.weight[(s * m + k) * n + j];
     }
-    Stencil::target(f, targets.coefficients + s * Stencil::numbers, d);
+    Stencil::target(f, targets.coefficients + s * Stencil::coefficients, d);
     for (int k = 0; k < m; ++k) targets.rows[s * m + k].set(d[k] * targets.stiffness[s]);
   }
 };

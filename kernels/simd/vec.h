@@ -109,7 +109,7 @@ KERNEL Vector3<S> or_zero(const Mask& mask, const Vector3<S>& a) {
 
 /// a where the mask is set, otherwise b.
 template <class Mask, class S>
-KERNEL Vector3<S> either(const Mask& mask, const Vector3<S>& a, const Vector3<S>& b) {
+KERNEL Vector3<S> select_vector(const Mask& mask, const Vector3<S>& a, const Vector3<S>& b) {
   return {select(mask, a.x, b.x), select(mask, a.y, b.y), select(mask, a.z, b.z)};
 }
 

@@ -156,7 +156,7 @@ TEST(Fields, ResidualIsTheDistanceToTheConstraint) {
     for (int trial = 0; trial < 50; ++trial) {
       const Corners<Kind> X = near_a_mesh<Kind>(random, 0.1), now = near_a_mesh<Kind>(random, trial % 2 ? 0.1 : 0.4);
       Vector3<double> q[Kind::particles];
-      double rest[Kind::numbers];
+      double rest[Kind::rest_values];
       as_array<Kind>(X, q);
       Kind::rest(q, Kind::parameter.default_value, rest);
       const auto C = [&](const Corners<Kind>& at) {

@@ -182,7 +182,7 @@ TEST(DesbrunWithoutSprings, HasNoFilterAndFallsFreely) {
   EXPECT_EQ(facts.spring_bytes, 0u);
   EXPECT_EQ(facts.constraint_bytes, 0u);
   EXPECT_EQ(facts.free_bodies, 0);
-  for (const Pass pass : {Pass::Forces, Pass::Filter, Pass::Correction, Pass::Projection})
+  for (const Pass pass : {Pass::Forces, Pass::Filter, Pass::MomentumCorrection, Pass::Projection})
     EXPECT_EQ(simulation.solver().pass_seconds()[static_cast<std::size_t>(pass)], 0) << static_cast<int>(pass);
   scene.solver.type = "pbd";
   EXPECT_EQ(simulation.state_hash(), after(scene, 0.5).state_hash()) << "as PBD has it, to the bit";

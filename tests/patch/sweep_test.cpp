@@ -49,9 +49,9 @@ class ScalarSweep {
       rest_.emplace_back();
       with_kind(set.type, [&]<class Kind>(Kind) {
         for (int c = 0; c < set.count(); ++c) {
-          double rest[Kind::numbers];
+          double rest[Kind::rest_values];
           rest_values<Kind>(model.x.data(), &set.particles[c * set.arity], set.parameter, rest);
-          rest_[s].insert(rest_[s].end(), rest, rest + Kind::numbers);
+          rest_[s].insert(rest_[s].end(), rest, rest + Kind::rest_values);
         }
       });
     }
@@ -106,7 +106,7 @@ class ScalarSweep {
     }
     // Gradients are computed from positions relative to the first particle.
     for (int j = n - 1; j >= 0; --j) x[j] = x[j] - x[0], p[j] = x[j] + (d[j] - d[0]);
-    const R* const rest = &rest_[s][c * Kind::numbers];
+    const R* const rest = &rest_[s][c * Kind::rest_values];
     const R max_start_step = R(max_start_step_of(set.pressed, model_.scene.solver.iterations));
     const R alpha = set.softness.empty() ? alpha_[s] : alpha_[s] * R(set.softness[c]);
     const auto go = [&](const Vector3<R>(&by)[n], R times) {
@@ -136,36 +136,38 @@ class ScalarSweep {
                  sum * sum);
     R& lambda = lambda_[s][c];  // a stiffness has no multiplier
     const R wanted = set.compliance ? -C - scale * alpha * lambda : -C * k_[s];
-    // As in kernels/projection/direction.h: applied / per times `along`; for two particles without the size, which
-    // `along` has.
-    R per = sum, applied = std::abs(wanted);
+    // As in kernels/projection/direction.h: applied / denominator times `along`; for two particles without the size,
+    // which `along` has.
+    R denominator = sum, applied = std::abs(wanted);
     if (set.compliance) {
-      per = sum + alpha * scale * scale_along;
-      applied = applied * scale_along + std::abs(lambda) * per, per = per * scale_along;
+      denominator = sum + alpha * scale * scale_along;
+      applied = applied * scale_along + std::abs(lambda) * denominator, denominator = denominator * scale_along;
     }
     const R size2 = n == 2 ? R(1) : size2_of(x);
-    const R way2 = n == 2 ? R(0) : max_displacement2(w, along), most_w = std::max(w[0], w[1]);
-    const bool whole = n == 2 ? applied * most_w <= max_start_step * per
-                              : applied * applied * way2 <= max_start_step * max_start_step * size2 * per * per;
+    const R step2 = n == 2 ? R(0) : max_displacement2(w, along), max_w = std::max(w[0], w[1]);
+    const bool whole =
+        n == 2 ? applied * max_w <= max_start_step * denominator
+               : applied * applied * step2 <= max_start_step * max_start_step * size2 * denominator * denominator;
     if (turned || !(sum > R(0))) {
       sum = product(grad, grad), scale_along = scale;
       std::copy(grad, grad + n, along);
     } else if (!whole) {
-      const R way = n == 2 ? applied * most_w : applied * std::sqrt(way2);
-      const R share = max_start_step * per * std::sqrt(size2) / way, other = R(1) - share;
+      const R displacement = n == 2 ? applied * max_w : applied * std::sqrt(step2);
+      const R share = max_start_step * denominator * std::sqrt(size2) / displacement, other = R(1) - share;
       sum = sum * share + product(grad, grad) * other, scale_along = scale_along * share + scale * other;
       for (int j = 0; j < n; ++j) along[j] = along[j] * share + grad[j] * other;
     }
     if (!(sum > tiny<R>())) return;
-    R heaviest = 0, most2 = 0;
-    for (int j = 0; j < n; ++j) heaviest = std::max(heaviest, w[j]), most2 = std::max(most2, dot(along[j], along[j]));
+    R heaviest = 0, max_grad2 = 0;
+    for (int j = 0; j < n; ++j)
+      heaviest = std::max(heaviest, w[j]), max_grad2 = std::max(max_grad2, dot(along[j], along[j]));
     const R rounding = 16 * std::numeric_limits<R>::epsilon();
-    if (n > 2 && !(sum > rounding * rounding * heaviest * most2)) return;
+    if (n > 2 && !(sum > rounding * rounding * heaviest * max_grad2)) return;
     R against = set.compliance ? sum + alpha * scale * scale_along : sum;
     if constexpr (has_max_step<Kind>()) {
-      R way2 = 0;
-      for (int j = 0; j < n; ++j) way2 = std::max(way2, w[j] * w[j] * dot(along[j], along[j]));
-      against = std::max(against, std::abs(wanted) * (std::sqrt(way2) * rest[Kind::per_max_step]));
+      R step2 = 0;
+      for (int j = 0; j < n; ++j) step2 = std::max(step2, w[j] * w[j] * dot(along[j], along[j]));
+      against = std::max(against, std::abs(wanted) * (std::sqrt(step2) * rest[Kind::per_max_step]));
     }
     R dlambda = wanted / against;
     if (Kind::inequality) dlambda = std::max(dlambda, set.compliance ? -lambda / scale_along : R(0));
@@ -467,7 +469,7 @@ TEST(Sweep, ReportsItsPatchesAndItsMemory) {
     std::size_t numbers = 0, sums = 0;
     for_each_constraint([&]<class Kind>(Kind) {
       if (model.sets[s].type != Kind::name) return;
-      numbers = Kind::numbers + facts_of(Kind::element).weighed;
+      numbers = Kind::rest_values + facts_of(Kind::element).weighed;
       sums = model.sets[s].compliance ? multipliers<Kind>() : 0;
     });
     const auto runs = std::count_if(plan.batches.begin(), plan.batches.end(),

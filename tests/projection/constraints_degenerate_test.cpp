@@ -115,8 +115,8 @@ TEST(EveryConstraint, GivesPaddingAZeroGradientWhateverItReads) {
         Vector3<float> corners[Kind::particles];
         std::copy_n(q, Kind::particles, corners);
         float scale;
-        float rest[Kind::numbers];
-        std::fill_n(rest, Kind::numbers, 1.0f);
+        float rest[Kind::rest_values];
+        std::fill_n(rest, Kind::rest_values, 1.0f);
         Kind::evaluate(corners, rest, false, grad, scale);
         for (const auto& g : grad) EXPECT_EQ(dot(g, g), 0) << Kind::name << ", " << there;
       }

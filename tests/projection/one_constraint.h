@@ -17,7 +17,7 @@ using Corners = std::array<Vector3<double>, Kind::particles>;
 
 /// A constraint's rest values; a single number fills all of them.
 template <class Kind>
-struct Rest : std::array<double, Kind::numbers> {
+struct Rest : std::array<double, Kind::rest_values> {
   Rest(double all = 0) { this->fill(all); }
 };
 
@@ -28,8 +28,8 @@ struct OneConstraint {
   static constexpr int n = Kind::particles;
   alignas(64) Vec4<R> memory[2 * n];  // positions at the start with inverse masses, then displacements
   alignas(64) LocalIndex index[n][kLanes<R>];
-  alignas(64) R rest[Kind::numbers * kSlotPack], lambda[multipliers<Kind>() * kSlotPack];
-  R common[Kind::numbers];
+  alignas(64) R rest[Kind::rest_values * kSlotPack], lambda[multipliers<Kind>() * kSlotPack];
+  R common[Kind::rest_values];
   R max_start_step = R(1e6);  // the correction goes along the gradient where the substep began, unless that turns
 
   OneConstraint(const Corners<Kind>& at, const std::array<double, n>& w, const Rest<Kind>& rest_values) {
@@ -42,7 +42,7 @@ struct OneConstraint {
       for (int j = 0; j < n; ++j) index[j][lane] = static_cast<LocalIndex>(j * kIndexScale<R>);
     }
     std::fill(std::begin(rest), std::end(rest), std::numeric_limits<R>::quiet_NaN());
-    for (int k = 0; k < Kind::numbers; ++k) rest[k * kSlotPack] = common[k] = R(rest_values[k]);
+    for (int k = 0; k < Kind::rest_values; ++k) rest[k * kSlotPack] = common[k] = R(rest_values[k]);
   }
 
   Vector3<R> start(int j) const { return memory[j].xyz(); }
@@ -59,7 +59,7 @@ struct OneConstraint {
   template <Update update>
   void project(double stiffness, double compliance) {
     SetView<R> set{};
-    set.update = update, set.numbers = Kind::numbers, set.rest = rest, set.lambda = lambda;
+    set.update = update, set.rest_values = Kind::rest_values, set.rest = rest, set.lambda = lambda;
     set.stiffness = R(stiffness), set.compliance = R(compliance), set.from_start = true,
     set.max_start_step = max_start_step;
     for (int j = 0; j < n; ++j) set.index[j] = index[j];
@@ -99,10 +99,10 @@ template <class Kind>
 Rest<Kind> rest_of(const Corners<Kind>& at, double parameter) {
   Vector3<double> q[Kind::particles];
   for (int j = 0; j < Kind::particles; ++j) q[j] = at[j];
-  double numbers[Kind::numbers];
-  Kind::rest(q, parameter, numbers);
+  double values[Kind::rest_values];
+  Kind::rest(q, parameter, values);
   Rest<Kind> rest;
-  std::copy_n(numbers, Kind::numbers, rest.begin());
+  std::copy_n(values, Kind::rest_values, rest.begin());
   return rest;
 }
 
