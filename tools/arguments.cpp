@@ -147,7 +147,7 @@ void add_plan(CLI::App& app, Arguments& arguments) {
   add_executor(*plan, arguments);
   plan->add_flag("--json", arguments.json, "All of it as JSON")->disable_flag_override();
   plan->footer(
-      "With --for it also estimates a step on that machine: groups a phase, fast memory, launches, bytes moved,\n"
+      "With --for it also estimates a step on that machine: groups a colour, fast memory, launches, bytes moved,\n"
       "and the time that its memory alone would take. Runs --for the same machine have the same bits on every "
       "backend.\n\n"
       "Examples:\n"

@@ -13,11 +13,11 @@ namespace malha {
 
 /// The solver's layout of a scene, of its finest level if it has several. It changes only by tears.
 struct Structure {
-  std::vector<int> patch, phase;  // by particle; -1: in no patch, as by the filter alone
-  std::vector<Edge> lines;        // constraints of two particles in batches
-  std::vector<int> owner, batch;  // by line: the patch that projects it, and the index of its batch in the patch
-  int patches = 0, phases = 0;    // patches are numbered by phase, in the order of a sweep
-  int batches = 0;                // the largest number of batches of a patch
+  std::vector<int> patch, colour;  // by particle; -1: in no patch, as by the filter alone
+  std::vector<Edge> lines;         // constraints of two particles in batches
+  std::vector<int> owner, batch;   // by line: the patch that projects it, and the index of its batch in the patch
+  int patches = 0, colours = 0;    // patches are numbered by colour, in the order of a sweep
+  int batches = 0;                 // the largest number of batches of a patch
 };
 
 /// Computes the layout, which takes as long as the solver's own set-up of patches.

@@ -27,15 +27,15 @@ void add_lines(const Model& model, const PatchPlan& plan, int k, Structure& to) 
 
 Structure structure(const Model& model, int threads) {
   Structure all;
-  all.patch.assign(model.x.size(), -1), all.phase = all.patch;
+  all.patch.assign(model.x.size(), -1), all.colour = all.patch;
   if (model.scene.solver.type == "desbrun" && model.sets.empty()) return all;  // springs are not projected
   const PatchPlan plan = plan_patches(model, threads);
-  all.patches = static_cast<int>(plan.patches.size()), all.phases = plan.phases();
-  for (int phase = 0; phase < all.phases; ++phase)
-    for (int k = plan.phase_begin[phase]; k < plan.phase_begin[phase + 1]; ++k) {
+  all.patches = static_cast<int>(plan.patches.size()), all.colours = plan.colours();
+  for (int colour = 0; colour < all.colours; ++colour)
+    for (int k = plan.colour_begin[colour]; k < plan.colour_begin[colour + 1]; ++k) {
       const auto begin = model.patches.begin.begin() + plan.number[k];
       for (int i = begin[0]; i < begin[1]; ++i)
-        all.patch[model.user_index[i]] = k, all.phase[model.user_index[i]] = phase;
+        all.patch[model.user_index[i]] = k, all.colour[model.user_index[i]] = colour;
       all.batches = std::max(all.batches, plan.patches[k].batches);
       add_lines(model, plan, k, all);
     }

@@ -54,7 +54,7 @@ struct SetStats {
 
 struct PatchStats {
   int patches = 0;
-  int phases = 0;                // patches of a phase are solved in parallel
+  int colours = 0;               // patches of a colour are solved in parallel
   int columns = 0;               // patches laid out for runs
   int shared = 0;                // particles of more than one patch
   int most_slots = 0;            // particles of the largest patch in fast memory, padding included
@@ -109,7 +109,7 @@ struct SelfStats {
   std::int64_t driven_through = 0;  // substeps in which bodies could not get out of the way of pins or objects
   std::int64_t candidates = 0;      // of the last search
   std::int64_t pairs = 0;           // and found
-  int phases = 0;                   // patches of a phase share no particle
+  int colours = 0;                  // patches of a colour share no particle
 };
 
 struct FilterStats {
@@ -152,7 +152,7 @@ struct SolverStats {
   std::size_t force_launches = 0;                        // of a sum of Desbrun's forces
   std::size_t pressure_launches = 0;                     // of one projection of all pressures
   std::size_t pressure_starts = 0;                       // their launches at the start of a substep
-  double colour_seconds = 0;                             // of set-up: phases of patches, runs, colours
+  double colour_seconds = 0;                             // of set-up: colours of patches and of their constraints, runs
   double layout_seconds = 0;                             // particles and constraints laid out
   double constraint_seconds = 0, collision_seconds = 0;  // colours and layout of constraints; environment meshes
   std::size_t long_range_bytes = 0, air_bytes = 0;       // of attachments; of the faces in the air

@@ -222,7 +222,7 @@ void Page::add_mesh() {
             {"body_begin", render_mesh.body_begin}};
   if (const Structure layout = structure(simulation_.model(), simulation_.threads()); layout.patches > 0) {
     mesh["patch"] = text_of(layout.patch), mesh["patches"] = layout.patches;
-    mesh["phase"] = text_of(layout.phase), mesh["phases"] = layout.phases;
+    mesh["colour"] = text_of(layout.colour), mesh["colours"] = layout.colours;
     if (!layout.lines.empty()) mesh["batch"] = batches(layout);
   }
   residuals_.emplace(simulation_.model(), simulation_.threads());

@@ -14,7 +14,7 @@ namespace {
 
 class PatchBuilder {
  public:
-  PatchBuilder(const Model& model, const std::vector<ByOwner>& owned, const SharedPhases& shared, int patch,
+  PatchBuilder(const Model& model, const std::vector<ByOwner>& owned, const SharedColours& shared, int patch,
                const std::vector<int>& neighbours)
       : model_(model), owned_(owned), shared_(shared), patch_(patch) {
     begin_ = model.patches.begin[patch], end_ = model.patches.begin[patch + 1];
@@ -89,7 +89,7 @@ class PatchBuilder {
   void add_segments() {
     for (const int i : particles_) origin_.try_emplace(body_of(i), i);
     const auto at = [this](std::size_t n) {
-      const int i = particles_[n], phase = shared_.phase[patch_];
+      const int i = particles_[n], colour = shared_.colour[patch_];
       const bool movable = model_.w[i] > 0;
       const int body = body_of(i);
       const bool alone = !movable || shared_.last[i] < 0;
@@ -98,8 +98,8 @@ class PatchBuilder {
                      1,
                      origin_.at(body),
                      body,
-                     alone || shared_.first[i] == phase,
-                     alone || shared_.last[i] == phase,
+                     alone || shared_.first[i] == colour,
+                     alone || shared_.last[i] == colour,
                      movable};
     };
     for (std::size_t n = 0; n < particles_.size(); ++n) {
@@ -207,7 +207,7 @@ class PatchBuilder {
 
   const Model& model_;
   const std::vector<ByOwner>& owned_;
-  const SharedPhases& shared_;
+  const SharedColours& shared_;
   const int patch_;
   int begin_ = 0, end_ = 0;     // the patch's own particles
   std::vector<int> particles_;  // with the neighbours, in the order of their slots
@@ -220,7 +220,7 @@ class PatchBuilder {
 
 }  // namespace
 
-PatchLayout lay_out_patch(const Model& model, const std::vector<ByOwner>& owned, const SharedPhases& shared, int patch,
+PatchLayout lay_out_patch(const Model& model, const std::vector<ByOwner>& owned, const SharedColours& shared, int patch,
                           const std::vector<int>& neighbours) {
   return PatchBuilder(model, owned, shared, patch, neighbours).build();
 }

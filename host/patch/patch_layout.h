@@ -8,10 +8,10 @@
 
 namespace malha {
 
-/// The phases in which a sweep over all patches solves shared particles for the first and the last time.
-struct SharedPhases {
-  std::vector<int> first, last;  // of each particle; above and below every phase for those that are not shared
-  std::vector<int> phase;        // of each patch
+/// The colours in which a sweep over all patches solves shared particles for the first and the last time.
+struct SharedColours {
+  std::vector<int> first, last;  // of each particle; above and below every colour for those that are not shared
+  std::vector<int> colour;       // of each patch
 };
 
 /// One patch, with slots and indices relative to its own.
@@ -23,7 +23,7 @@ struct PatchLayout {
 };
 
 /// `owned`: for each set, the constraints of each patch. `neighbours`: the particles of other patches that those have.
-PatchLayout lay_out_patch(const Model& model, const std::vector<ByOwner>& owned, const SharedPhases& shared, int patch,
+PatchLayout lay_out_patch(const Model& model, const std::vector<ByOwner>& owned, const SharedColours& shared, int patch,
                           const std::vector<int>& neighbours);
 
 }  // namespace malha

@@ -29,9 +29,9 @@ class Planner {
     const int count = model_.patches.count();
     neighbours_.resize(count);
     launch(count, [this](int k) { neighbours_[k] = neighbours(k); });
-    find_phases();
+    find_colours();
     pieces_.resize(count);
-    launch(count, [this](int k) { pieces_[k] = lay_out_patch(model_, owned_, shared_phases_, k, neighbours_[k]); });
+    launch(count, [this](int k) { pieces_[k] = lay_out_patch(model_, owned_, shared_colours_, k, neighbours_[k]); });
     for (const PatchLayout& piece : pieces_)
       if (piece.patch.slots > kMostSlots)
         refuse(model_.scene.file, "/bodies",
@@ -61,33 +61,33 @@ class Planner {
     return found;
   }
 
-  /// Colours the patches greedily in their order: patches that share a movable particle get different phases.
-  void find_phases() {
+  /// Colours the patches greedily in their order: patches that share a movable particle get different colours.
+  void find_colours() {
     const int particles = model_.count(), count = model_.patches.count();
     std::vector<bool> shared(particles, false);
     for (const auto& list : neighbours_)
       for (const int i : list) shared[i] = model_.w[i] > 0;
     UsedColours used(particles);
-    phase_.resize(count);
+    colour_.resize(count);
     for (int k = 0; k < count; ++k) {
       const std::vector<int> places = shared_particles(k, shared);
       const int n = static_cast<int>(places.size());
-      phase_[k] = used.lowest_free(places.data(), n);
-      used.use(phase_[k], places.data(), n);
+      colour_[k] = used.lowest_free(places.data(), n);
+      used.use(colour_[k], places.data(), n);
     }
-    const int end = align_last_phase();
-    shared_phases_.first.assign(particles, std::numeric_limits<int>::max());
-    shared_phases_.last.assign(particles, -1);
+    const int end = align_last_colour();
+    shared_colours_.first.assign(particles, std::numeric_limits<int>::max());
+    shared_colours_.last.assign(particles, -1);
     for (int k = 0; k < count; ++k)
       for (const int i : shared_particles(k, shared)) {
-        shared_phases_.first[i] = std::min(shared_phases_.first[i], phase_[k]);
-        shared_phases_.last[i] = std::max(shared_phases_.last[i], phase_[k]);
+        shared_colours_.first[i] = std::min(shared_colours_.first[i], colour_[k]);
+        shared_colours_.last[i] = std::max(shared_colours_.last[i], colour_[k]);
       }
-    shared_phases_.phase = phase_;
-    // The backward sweep over the phases before the last ends at a particle's first one.
+    shared_colours_.colour = colour_;
+    // The backward sweep over the colours before the last ends at a particle's first one.
     for (int i = 0; i < particles; ++i)
-      if (shared_phases_.last[i] != end && shared_phases_.last[i] >= 0)
-        shared_phases_.last[i] = shared_phases_.first[i];
+      if (shared_colours_.last[i] != end && shared_colours_.last[i] >= 0)
+        shared_colours_.last[i] = shared_colours_.first[i];
     plan_.shared = static_cast<int>(std::count(shared.begin(), shared.end(), true));
   }
 
@@ -102,35 +102,35 @@ class Planner {
     return places;
   }
 
-  /// Moves the last phase of each connected set of patches to the last phase of all, which it returns. Otherwise the
-  /// order within one body would depend on the number of phases of another.
-  int align_last_phase() {
+  /// Moves the last colour of each connected set of patches to the last colour of all, which it returns. Otherwise the
+  /// order within one body would depend on the number of colours of another.
+  int align_last_colour() {
     const int count = model_.patches.count();
     DisjointSets together(count);
     for (int k = 0; k < count; ++k)
       for (const int i : neighbours_[k])
         if (model_.w[i] > 0) together.join(k, patch_of_[i]);
     std::vector<int> last(count, 0);
-    for (int k = 0; k < count; ++k) last[together.root(k)] = std::max(last[together.root(k)], phase_[k]);
+    for (int k = 0; k < count; ++k) last[together.root(k)] = std::max(last[together.root(k)], colour_[k]);
     const int end = count > 0 ? *std::max_element(last.begin(), last.end()) : 0;
     for (int k = 0; k < count; ++k)
-      if (phase_[k] == last[together.root(k)]) phase_[k] = end;
+      if (colour_[k] == last[together.root(k)]) colour_[k] = end;
     return end;
   }
 
-  /// Concatenates the patches phase by phase.
+  /// Concatenates the patches colour by colour.
   PatchPlan join() {
     std::vector<int> order(pieces_.size());
     std::iota(order.begin(), order.end(), 0);
-    std::stable_sort(order.begin(), order.end(), [this](int a, int b) { return phase_[a] < phase_[b]; });
+    std::stable_sort(order.begin(), order.end(), [this](int a, int b) { return colour_[a] < colour_[b]; });
     plan_.sets.resize(model_.sets.size());
     for (const int k : order) {
-      if (plan_.patches.empty() || phase_[k] != phase_[order[plan_.patches.size() - 1]])
-        plan_.phase_begin.push_back(static_cast<int>(plan_.patches.size()));
+      if (plan_.patches.empty() || colour_[k] != colour_[order[plan_.patches.size() - 1]])
+        plan_.colour_begin.push_back(static_cast<int>(plan_.patches.size()));
       append(std::move(pieces_[k]));
       plan_.number.push_back(k);
     }
-    plan_.phase_begin.push_back(static_cast<int>(plan_.patches.size()));
+    plan_.colour_begin.push_back(static_cast<int>(plan_.patches.size()));
     return std::move(plan_);
   }
 
@@ -163,28 +163,29 @@ class Planner {
 
   const Model& model_;
   int threads_;
-  std::vector<int> patch_of_, phase_;
+  std::vector<int> patch_of_, colour_;
   std::vector<ByOwner> owned_;                // of each set
   std::vector<std::vector<int>> neighbours_;  // of each patch
-  SharedPhases shared_phases_;
+  SharedColours shared_colours_;
   std::vector<PatchLayout> pieces_;
   PatchPlan plan_;
 };
 
 }  // namespace
 
-std::vector<PhaseSweep> sweep_order(int phases) {
-  std::vector<PhaseSweep> all;
-  const int turn = phases - 2;
-  for (int phase = 0; phase <= turn; ++phase) all.push_back({phase, true, phase == turn});
-  for (int phase = turn - 1; phase >= 0; --phase) all.push_back({phase, false, true});
-  if (phases > 0) all.push_back({phases - 1, true, true});
+std::vector<ColourSweep> sweep_order(int colours) {
+  std::vector<ColourSweep> all;
+  const int turn = colours - 2;
+  for (int colour = 0; colour <= turn; ++colour) all.push_back({colour, true, colour == turn});
+  for (int colour = turn - 1; colour >= 0; --colour) all.push_back({colour, false, true});
+  if (colours > 0) all.push_back({colours - 1, true, true});
   return all;
 }
 
 int PatchPlan::width() const {
   int width = 0;
-  for (int phase = 0; phase < phases(); ++phase) width = std::max(width, phase_begin[phase + 1] - phase_begin[phase]);
+  for (int colour = 0; colour < colours(); ++colour)
+    width = std::max(width, colour_begin[colour + 1] - colour_begin[colour]);
   return width;
 }
 

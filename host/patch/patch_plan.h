@@ -17,9 +17,10 @@ struct SetPlan {
 };
 
 struct PatchPlan {
-  std::vector<Patch> patches;    // phase by phase
-  std::vector<int> number;       // index of each patch in the model
-  std::vector<int> phase_begin;  // first patch of each phase, and the number of patches; within a phase none is shared
+  std::vector<Patch> patches;  // colour by colour
+  std::vector<int> number;     // index of each patch in the model
+  std::vector<int>
+      colour_begin;  // first patch of each colour, and the number of patches; within a colour none is shared
   std::vector<Segment> segments;
   std::vector<Batch> batches;
   std::vector<SetPlan> sets;  // as in the model
@@ -28,21 +29,21 @@ struct PatchPlan {
   int shared = 0;             // particles of more than one patch
   int columns = 0;            // patches that are laid out as a structure of arrays, for runs
 
-  int phases() const { return static_cast<int>(phase_begin.size()) - 1; }
-  /// Number of patches of the largest phase, the largest useful number of threads.
+  int colours() const { return static_cast<int>(colour_begin.size()) - 1; }
+  /// Number of patches of the largest colour, the largest useful number of threads.
   int width() const;
   std::size_t bytes() const;  // of patches, segments and batches
 };
 
-/// One launch over the patches of a phase, and the sweeps over their constraints that it does.
-struct PhaseSweep {
-  int phase;
+/// One launch over the patches of a colour, and the sweeps over their constraints that it does.
+struct ColourSweep {
+  int colour;
   bool forward, backward;
   int sweeps() const { return forward + backward; }
 };
 
 /// The launches of an iteration, in order (kernels/patch/solve_patch.h).
-std::vector<PhaseSweep> sweep_order(int phases);
+std::vector<ColourSweep> sweep_order(int colours);
 
 /// The plan depends on the model alone, not on `threads`.
 PatchPlan plan_patches(const Model& model, int threads = 1);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The constraints of a model in the executor's memory, and symmetric Gauss-Seidel sweeps over them, phase by phase.
+// The constraints of a model in the executor's memory, and symmetric Gauss-Seidel sweeps over them, colour by colour.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -27,8 +27,8 @@ class Sweep {
     facts_.plan_seconds = seconds([&] { plan = plan_patches(model, threads); });
     patches_ = Array<Executor, Patch>(plan.patches);
     segments_ = Array<Executor, Segment>(plan.segments);
-    phase_begin_ = plan.phase_begin;
-    order_ = sweep_order(plan.phases());
+    colour_begin_ = plan.colour_begin;
+    order_ = sweep_order(plan.colours());
     width_ = plan.width();
     std::vector<SetView<R>> views;
     sets_.resize(model.sets.size());
@@ -84,16 +84,16 @@ class Sweep {
   /// One iteration: every constraint in a forward and a backward sweep.
   template <class Team, class Solve>
   void operator()(const Team& team, const Solve& solve) const {
-    solve_first_phase(team, solve), solve_other_phases(team, solve);
+    solve_first_colour(team, solve), solve_other_colours(team, solve);
   }
-  /// The first launch of an iteration, over the patches of one phase, and the others.
+  /// The first launch of an iteration, over the patches of one colour, and the others.
   template <class Team, class Solve>
-  void solve_first_phase(const Team& team, const Solve& solve) const {
-    solve_phases(team, solve, 0, 1);
+  void solve_first_colour(const Team& team, const Solve& solve) const {
+    solve_colours(team, solve, 0, 1);
   }
   template <class Team, class Solve>
-  void solve_other_phases(const Team& team, const Solve& solve) const {
-    solve_phases(team, solve, 1, order_.size());
+  void solve_other_colours(const Team& team, const Solve& solve) const {
+    solve_colours(team, solve, 1, order_.size());
   }
 
   /// The lowest user index of the particles without a finite position x in the patches where one appeared first; -1:
@@ -145,10 +145,10 @@ class Sweep {
 
  private:
   template <class Team, class Solve>
-  void solve_phases(const Team& team, Solve solve, std::size_t begin, std::size_t end) const {
+  void solve_colours(const Team& team, Solve solve, std::size_t begin, std::size_t end) const {
     for (std::size_t k = begin; k < end && k < order_.size(); ++k) {
       solve.forward = order_[k].forward, solve.backward = order_[k].backward;
-      solve_patches(team, solve, phase_begin_[order_[k].phase], phase_begin_[order_[k].phase + 1],
+      solve_patches(team, solve, colour_begin_[order_[k].colour], colour_begin_[order_[k].colour + 1],
                     {memory_.data(), memory_bytes_});
     }
   }
@@ -241,11 +241,11 @@ class Sweep {
   }
 
   void note_facts(const Model& model, const PatchPlan& plan) {
-    facts_.patches = static_cast<int>(plan.patches.size()), facts_.phases = plan.phases();
+    facts_.patches = static_cast<int>(plan.patches.size()), facts_.colours = plan.colours();
     facts_.columns = plan.columns, facts_.shared = plan.shared, facts_.most_slots = plan.most_slots;
     facts_.memory_bytes = memory_bytes_;
     facts_.bytes =
-        plan.bytes() + phase_begin_.size() * sizeof(int) + views_.bytes() + non_finite_.bytes() + memory_.bytes();
+        plan.bytes() + colour_begin_.size() * sizeof(int) + views_.bytes() + non_finite_.bytes() + memory_.bytes();
     for (std::size_t s = 0; s < sets_.size(); ++s) {
       const ConstraintSet& set = model.sets[s];
       set_facts_.push_back({set.type, set.count(), plan.sets[s].in_runs, plan.sets[s].most_batches, sets_[s].bytes()});
@@ -261,8 +261,8 @@ class Sweep {
   Array<Executor, int> non_finite_, too_fast_;
   Array<Executor, char> memory_;
   std::size_t memory_bytes_ = 0;
-  std::vector<int> phase_begin_;
-  std::vector<PhaseSweep> order_;
+  std::vector<int> colour_begin_;
+  std::vector<ColourSweep> order_;
   int width_ = 1;
   bool prefetches_ = false;
   PatchStats facts_;

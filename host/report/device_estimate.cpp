@@ -75,10 +75,10 @@ PatchTraffic patch_traffic(const Model& model, const Solver& solver, const Patch
     slot_bytes.push_back(slots[s] > 0 ? static_cast<double>(facts.sets[s].bytes) / slots[s] : 0);
   PatchTraffic traffic;
   for (int iteration = 0; iteration < spec.iterations; ++iteration)
-    for (const PhaseSweep& sweep : sweep_order(plan.phases())) {
+    for (const ColourSweep& sweep : sweep_order(plan.colours())) {
       const bool predicts = facts.fused && sweep.forward && iteration == 0;
       const bool updates = facts.fused && sweep.backward && iteration + 1 == spec.iterations;
-      for (int k = plan.phase_begin[sweep.phase]; k < plan.phase_begin[sweep.phase + 1]; ++k) {
+      for (int k = plan.colour_begin[sweep.colour]; k < plan.colour_begin[sweep.colour + 1]; ++k) {
         traffic.particle_bytes += number * numbers_moved(plan, plan.patches[k], position_numbers, predicts, updates);
         traffic.constraint_bytes += constraint_bytes(plan, plan.patches[k], slot_bytes);
       }
@@ -101,9 +101,10 @@ DeviceEstimate estimate_device(const Simulation& simulation, const Machine& mach
   estimate.replays = machine.fast_bytes > 0 && can_capture_step(model);
   if (facts.sets.empty()) return estimate;
   const PatchPlan plan = plan_patches(model, simulation.threads());
-  estimate.phases = plan.phases(), estimate.groups_fewest = estimate.groups_most = plan.width();
-  for (int phase = 0; phase < plan.phases(); ++phase)
-    estimate.groups_fewest = std::min(estimate.groups_fewest, plan.phase_begin[phase + 1] - plan.phase_begin[phase]);
+  estimate.colours = plan.colours(), estimate.groups_fewest = estimate.groups_most = plan.width();
+  for (int colour = 0; colour < plan.colours(); ++colour)
+    estimate.groups_fewest =
+        std::min(estimate.groups_fewest, plan.colour_begin[colour + 1] - plan.colour_begin[colour]);
   const int groups_at_once = machine.groups(model.scene.solver.precision);
   estimate.groups_at_once = groups_at_once > 0 ? groups_at_once : simulation.threads();
   estimate.group_bytes = static_cast<double>(facts.patches.memory_bytes);

@@ -22,9 +22,9 @@ PatchTraffic patch_traffic(const Model& model, const Solver& solver, const Patch
 /// Launches, thread groups, fast memory and memory traffic of a step on a machine.
 struct DeviceEstimate {
   Machine machine;
-  int phases = 0, groups_fewest = 0, groups_most = 0;  // per phase; 0 without batched constraints
-  int groups_at_once = 0;                              // groups that run concurrently
-  double group_bytes = 0;                              // fast memory of the largest group
+  int colours = 0, groups_fewest = 0, groups_most = 0;  // per colour; 0 without batched constraints
+  int groups_at_once = 0;                               // groups that run concurrently
+  double group_bytes = 0;                               // fast memory of the largest group
   std::size_t launches = 0;
   bool launches_at_least = false;
   bool replays = false;  // the launches are a recorded graph

@@ -113,8 +113,8 @@ Json json_of(const DeviceEstimate& estimate) {
             {"launches_a_step", estimate.launches},
             {"launches_are_minimum", estimate.launches_at_least},
             {"launches_recorded", estimate.replays}};
-  if (estimate.phases == 0) return json;
-  json["patch_colors"] = estimate.phases, json["groups_at_once"] = estimate.groups_at_once;
+  if (estimate.colours == 0) return json;
+  json["patch_colors"] = estimate.colours, json["groups_at_once"] = estimate.groups_at_once;
   json["groups_fewest"] = estimate.groups_fewest, json["groups_most"] = estimate.groups_most;
   json["group_bytes_most"] = estimate.group_bytes, json["group_bytes_available"] = machine.fast_bytes;
   json["fits_fast_memory"] = !estimate.is_too_large();
@@ -145,7 +145,7 @@ Json data_of(const Simulation& simulation, const DeviceEstimate* estimate,
   json["constraints"] = constraints(model, facts);
   json["projections_a_step"] = facts.projections_per_step;
   json["patches"] = {{"count", facts.patches.patches},
-                     {"patch_colors", facts.patches.phases},
+                     {"patch_colors", facts.patches.colours},
                      {"soa_patches", facts.patches.columns},
                      {"max_patch_slots", facts.patches.most_slots}};
   json["levels"] = Json::array();

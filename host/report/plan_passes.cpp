@@ -21,7 +21,7 @@ std::size_t launches_of_levels(const Model& model, const SolverStats& facts) {
   std::size_t each =
       2 * (facts.levels.size() -
            1);  // for the coarser levels: means, and the sums of means whose parts lie in several patches
-  for (const LevelStats& level : facts.levels) each += sweep_order(level.patches.phases).size();
+  for (const LevelStats& level : facts.levels) each += sweep_order(level.patches.colours).size();
   // For the finest level: in later substeps of a step the patch solves compute the means, and where they predict they
   // prolongate, too.
   return origins + uses * each + uses + (facts.whole_steps ? 1 : uses) + (facts.fused ? 0 : uses);
@@ -60,7 +60,7 @@ std::vector<StepPass> step_passes(const Model& model, const SolverStats& of_scen
     else
       all.push_back({pass, launches});
   };
-  const std::size_t visits = iterations * sweep_order(facts.patches.phases).size();
+  const std::size_t visits = iterations * sweep_order(facts.patches.colours).size();
   const std::size_t obstacles = model.environment.size();
   std::size_t moving = 0;
   for (const MovedPins& pins : model.moved)

@@ -62,7 +62,7 @@ Json constraints(const SolverStats& facts, const Model& model) {
 
 Json patches(const PatchStats& facts) {
   return {{"count", facts.patches},
-          {"patch_colors", facts.phases},
+          {"patch_colors", facts.colours},
           {"soa_patches", facts.columns},
           {"particles_shared", facts.shared},
           {"max_patch_slots", facts.most_slots}};
@@ -262,7 +262,7 @@ std::string report_json(const std::string& status, const std::vector<std::string
                               {"substeps_kinematic_penetration", self->driven_through},
                               {"candidates", self->candidates},
                               {"pairs", self->pairs},
-                              {"patch_colors", self->phases}};
+                              {"patch_colors", self->colours}};
   if (const auto& edges = facts.edges)
     json["environment_edges"] = {{"edges", edges->edges},
                                  {"corners", edges->corners},

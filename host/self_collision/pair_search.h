@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Broad phase of self-collision in the executor's memory: the pairs that may come near in the next substeps. They are
-// found cluster by cluster, and processed patch by patch, in phases of patches that share no particle.
+// found cluster by cluster, and processed patch by patch, in colours of patches that share no particle.
 #pragma once
 #include <algorithm>
 #include <string>
@@ -52,7 +52,7 @@ class PairSearch {
     rest_ = Array<Executor, Vec4<R>>(rest);
     from_ = Rows(x.size() + 1, Vec4<R>{}), way_ = Rows(x.size() + 1, Vec4<R>{});
     boxes_ = Array<Executor, Box<R>>(x.size(), Box<R>{});
-    used_phases_ = Array<Executor, unsigned long long>(x.size() + 1, 0ull);
+    used_colours_ = Array<Executor, unsigned long long>(x.size() + 1, 0ull);
   }
 
   /// Finds the pairs that the motions from x0 may bring near, in a frame that moves by `common` in this substep,
@@ -76,7 +76,7 @@ class PairSearch {
 
   std::int64_t found() const { return found_; }  // pairs
   std::int64_t candidates() const { return candidates_; }
-  int phases() const { return static_cast<int>(phase_begin_.size()) - 1; }
+  int colours() const { return static_cast<int>(colour_begin_.size()) - 1; }
 
   /// Runs work(team), which launches many kernels over patches, on as many threads as the pairs can keep busy.
   template <class Work>
@@ -85,19 +85,19 @@ class PairSearch {
   }
   /// Runs kernel(group) on every patch with pairs, so that no two patches that share a particle are processed at once.
   template <class Team, class Kernel>
-  void in_phases(const Team& team, const Kernel& kernel) const {
-    for (int phase = 0; phase < phases(); ++phase) in_phase(team, phase, kernel);
+  void in_colours(const Team& team, const Kernel& kernel) const {
+    for (int colour = 0; colour < colours(); ++colour) in_colour(team, colour, kernel);
   }
   template <class Team, class Kernel>
-  void in_phase(const Team& team, int phase, const Kernel& kernel) const {
-    parallel_for_interleaved(team, phase_begin_[phase + 1] - phase_begin_[phase],
-                             IndexedGroups<Kernel>{kernel, order_.data() + phase_begin_[phase]});
+  void in_colour(const Team& team, int colour, const Kernel& kernel) const {
+    parallel_for_interleaved(team, colour_begin_[colour + 1] - colour_begin_[colour],
+                             IndexedGroups<Kernel>{kernel, order_.data() + colour_begin_[colour]});
   }
   /// Runs a kernel on all patches with pairs at once.
   template <class Kernel>
   void for_all_patches(const Kernel& kernel) const {
     parallel_region(executor_, found_ < kPairGrain ? 1 : threads_of(executor_), [&](const auto& team) {
-      parallel_for_interleaved(team, phase_begin_.back(), IndexedGroups<Kernel>{kernel, order_.data()});
+      parallel_for_interleaved(team, colour_begin_.back(), IndexedGroups<Kernel>{kernel, order_.data()});
     });
   }
 
@@ -114,8 +114,8 @@ class PairSearch {
   }
 
   std::size_t bytes() const {
-    return from_.bytes() + way_.bytes() + rest_.bytes() + boxes_.bytes() + patches_.bytes() + phase_.bytes() +
-           order_.bytes() + bounds_.bytes() + items_.bytes() + wire_edge_.bytes() + used_phases_.bytes() +
+    return from_.bytes() + way_.bytes() + rest_.bytes() + boxes_.bytes() + patches_.bytes() + colour_.bytes() +
+           order_.bytes() + bounds_.bytes() + items_.bytes() + wire_edge_.bytes() + used_colours_.bytes() +
            index_memory_.bytes() + patch_particles_.bytes() + blocks_.bytes() + bits_.bytes() + crosses_.bytes();
   }
 
@@ -173,7 +173,7 @@ class PairSearch {
       for (PairPatch& patch : patches) patch.particle_count = kInitialParticles;
       reserve(patches);
     }
-    phase_ = Array<Executor, int>(plan.clusters, 0), order_ = Array<Executor, int>(plan.clusters, 0);
+    colour_ = Array<Executor, int>(plan.clusters, 0), order_ = Array<Executor, int>(plan.clusters, 0);
   }
 
   void refit_clusters() {
@@ -231,20 +231,20 @@ class PairSearch {
   void order() {
     parallel_for(
         executor_, 1,
-        ColorPatches{patches_.data(), patch_particles_.data(), clusters_.count, used_phases_.data(), phase_.data()});
-    const std::vector<int> phase = phase_.download();
+        ColorPatches{patches_.data(), patch_particles_.data(), clusters_.count, used_colours_.data(), colour_.data()});
+    const std::vector<int> colour = colour_.download();
     std::vector<int> order;
     for (int u = 0; u < clusters_.count; ++u)
-      if (phase[u] >= 0) order.push_back(u);
-    std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return phase[a] < phase[b]; });
-    phase_begin_ = {0};
+      if (colour[u] >= 0) order.push_back(u);
+    std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return colour[a] < colour[b]; });
+    colour_begin_ = {0};
     for (std::size_t k = 0; k < order.size(); ++k)
-      if (k + 1 == order.size() || phase[order[k + 1]] != phase[order[k]])
-        phase_begin_.push_back(static_cast<int>(k) + 1);
-    const int patches = phase_begin_.back();
+      if (k + 1 == order.size() || colour[order[k + 1]] != colour[order[k]])
+        colour_begin_.push_back(static_cast<int>(k) + 1);
+    const int patches = colour_begin_.back();
     order.resize(clusters_.count, 0);
     order_.upload(order);
-    width_ = found_ < kPairGrain ? 1 : std::max(1, patches / std::max(1, 2 * phases()));
+    width_ = found_ < kPairGrain ? 1 : std::max(1, patches / std::max(1, 2 * colours()));
   }
 
   static constexpr int kClusterGrain = 16, kClustersPerThread = 2;  // for refitting, and for finding pairs
@@ -263,14 +263,14 @@ class PairSearch {
   Array<Executor, R> bounds_;
   Rows rest_, from_, way_;
   Array<Executor, Box<R>> boxes_;
-  Array<Executor, unsigned long long> used_phases_;
+  Array<Executor, unsigned long long> used_colours_;
   PairIndexMemory<Executor> index_memory_;
   Array<Executor, PairPatch> patches_;
-  Array<Executor, int> phase_, order_, patch_particles_;
+  Array<Executor, int> colour_, order_, patch_particles_;
   Array<Executor, ContactBlock<R>> blocks_;
   Array<Executor, PairBits> bits_;
   Array<Executor, CrossingBodies> crosses_;
-  std::vector<int> phase_begin_{0};
+  std::vector<int> colour_begin_{0};
   std::int64_t found_ = 0, candidates_ = 0;
   int width_ = 1;
 };

@@ -244,7 +244,7 @@ class SelfCollider {
     R* const nearest = nearest_.at_least(count_ + 1);
     Memory<Executor>::fill(nearest, count_ + 1, R(INFINITY));
     const FindNearestPairs<R> find{motions(), search_.pairs(), nearest};
-    search_.region([&](const auto& team) { search_.in_phases(team, find); });
+    search_.region([&](const auto& team) { search_.in_colours(team, find); });
     const GrowContactDistances<R> grow{x0_.points().of, R(thickness_), nearest};
     overlaps_ = parallel_reduce<Sum>(executor_, count_, grow, kGrain).value > 0;
     if (!overlaps_) nearest_ = {};
@@ -259,7 +259,7 @@ class SelfCollider {
     const auto solve = [&]<bool kFriction>() {
       const SolveContacts<R, kFriction> push{search_.pairs(), moved_.points().of, friction_};
       search_.region([&](const auto& team) {
-        for (int sweep = 0; sweep < sweeps_; ++sweep) search_.in_phases(team, push);
+        for (int sweep = 0; sweep < sweeps_; ++sweep) search_.in_colours(team, push);
       });
     };
     friction_ > R(0) ? solve.template operator()<true>() : solve.template operator()<false>();
@@ -414,7 +414,7 @@ class SelfCollider {
     for (; pushes_left_ > 0 && count_violations(false, nullptr) > 0; --pushes_left_) {
       const PushByKinematic<R> push{motions(), search_.pairs(), rules_, violations_.data(),
                                     states_.at_least(count_ + 1)};
-      search_.region([&](const auto& team) { search_.in_phases(team, push); });
+      search_.region([&](const auto& team) { search_.in_colours(team, push); });
       apply_motion(particles);
     }
     return true;
@@ -422,7 +422,7 @@ class SelfCollider {
   /// Moves particles that kinematic ones still penetrate along with these. Returns whether there are any.
   bool move_with_kinematic(const Particles<R>& particles, const KinematicOwners& owners) {
     const MoveWithKinematic<R> move{motions(), search_.pairs(), owners, violations_.data(), states_.data()};
-    search_.region([&](const auto& team) { search_.in_phases(team, move); });
+    search_.region([&](const auto& team) { search_.in_colours(team, move); });
     if (sum_violations().free == 0) return false;
     apply_motion(particles);
     return true;
@@ -446,7 +446,7 @@ class SelfCollider {
     Vec3 rest_motion{};
     if (free && count_violations(false, states) > 0) {
       const MarkViolating<R> mark{motions(), search_.pairs(), violations_.data(), states, fraction};
-      search_.region([&](const auto& team) { search_.in_phases(team, mark); });
+      search_.region([&](const auto& team) { search_.in_colours(team, mark); });
       rest_motion = motion_of_truncated();
       Memory<Executor>::fill(states, count_ + 1, MotionState::Free);
     }
@@ -462,7 +462,7 @@ class SelfCollider {
     for (int left = found; left > 0; left = count_violations(false, states)) {
       const MarkViolating<R> mark{motions(), search_.pairs(), violations_.data(), states, fraction};
       const ComputeTruncation<R> compute{motions(), search_.pairs(), rules_, states, fraction, to_R(rest_motion)};
-      search_.region([&](const auto& team) { search_.in_phases(team, mark), search_.in_phases(team, compute); });
+      search_.region([&](const auto& team) { search_.in_colours(team, mark), search_.in_colours(team, compute); });
       parallel_for(executor_, count_,
                    TruncateDisplacements<R>{motions(), particles.p, fraction, states, to_R(rest_motion)}, kGrain);
     }
@@ -574,7 +574,7 @@ template <class Executor, class R>
 SelfStats SelfCollider<Executor, R>::facts() const {
   SelfStats facts = facts_;
   facts.driven_through = memory_.driven_through;
-  facts.candidates = search_.candidates(), facts.pairs = search_.found(), facts.phases = search_.phases();
+  facts.candidates = search_.candidates(), facts.pairs = search_.found(), facts.colours = search_.colours();
   return facts;
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Overlaps contact queries on the host with patch solves on a device: while the host runs Embree on some particles, the
-// device solves the patches of the first phase that have none of them. The host executor does not use this.
+// device solves the patches of the first colour that have none of them. The host executor does not use this.
 #pragma once
 #include "host/patch/sweep.h"
 #include "kernels/patch/solve_patch.h"
@@ -15,14 +15,14 @@ inline bool solve_is_next(const Model& model, const SolverStats& facts) {
 template <class Executor, class R>
 class OverlapHostQueries {
  public:
-  /// Launches the solves of a sweep's first phase that do not depend on the queried particles.
+  /// Launches the solves of a sweep's first colour that do not depend on the queried particles.
   void begin(const Executor& executor, const Sweep<Executor, R>& sweep, const SolvePatch<R>& solve,
              const ActiveMask& queried) {
     if (deferred_.size() == 0) deferred_ = Array<Executor, bool>(static_cast<std::size_t>(sweep.facts().patches));
     parallel_for(executor, sweep.facts().patches,
                  MarkDeferredPatches{solve.patches, solve.segments, queried, deferred_.data()});
     sweep.region([&](const auto& team) {
-      sweep.solve_first_phase(team, MaskedSolvePatch<R>{solve, deferred_.data(), false});
+      sweep.solve_first_colour(team, MaskedSolvePatch<R>{solve, deferred_.data(), false});
     });
     begun_ = true;
   }
@@ -37,8 +37,8 @@ class OverlapHostQueries {
     sweep.region(recorded_, key, [&](const auto& team) {
       if constexpr (!Memory<Executor>::kOnHost)
         if (begun_) {
-          sweep.solve_first_phase(team, MaskedSolvePatch<R>{solve, deferred_.data(), true});
-          return sweep.solve_other_phases(team, solve);
+          sweep.solve_first_colour(team, MaskedSolvePatch<R>{solve, deferred_.data(), true});
+          return sweep.solve_other_colours(team, solve);
         }
       sweep(team, solve);
     });

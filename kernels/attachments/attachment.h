@@ -29,7 +29,7 @@ struct ArriveAtTarget {
   const int* list;
   const Vector3<double>* start;
   Pose before, end;
-  double per_dt;  // 1/s
+  double per_dt;  // 1 / h of the substep, 1/s
   KERNEL void operator()(int k) const {
     particles.p.set_start(list[k], to_world(end, start[k]));
     particles.v.set(list[k], rounded<R>((to_world(end, start[k]) - to_world(before, start[k])) * per_dt));

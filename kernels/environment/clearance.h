@@ -80,7 +80,7 @@ template <class R>
 struct ReconstructPrevious {
   Particles<R> particles;
   Points<R> before;
-  R dt;
+  R dt;  // the substep h, s
   KERNEL void operator()(int i) const {
     const Vector3<R> x = particles.x[i];
     particles.p.clear_displacement(i);
@@ -92,7 +92,7 @@ struct ReconstructPrevious {
 template <class R>
 struct CommitClamped {
   Particles<R> particles;
-  R per_dt;
+  R per_dt;  // 1 / h of the substep, 1/s
   KERNEL void operator()(int i) const {
     const Vector3<R> shift = particles.p.d[i];
     if (shift.x == R(0) && shift.y == R(0) && shift.z == R(0)) return;

@@ -114,7 +114,7 @@ struct ApplyRestitution {
   Displaced<R> p;
   Points<R> v;
   const Contact<R>* contacts;
-  R restitution, friction, threshold, per_dt;  // e, mu, m/s, 1/s
+  R restitution, friction, threshold, per_dt;  // e, mu, m/s, 1 / h of the substep (1/s)
   KERNEL void operator()(int slot) const {
     const Contact<R>& contact = contacts[slot];
     const int i = contact.particle;

@@ -26,7 +26,7 @@ inline constexpr int kSpringPack = 16;
 template <class R>
 struct SpringRows {
   Particles<R> particles;
-  R dt;
+  R dt;  // the substep h, s
   Vec4<R>*now, *ahead;
   KERNEL void operator()(int i) const {
     const Vector3<R> x = particles.x[i], z = predicted(x, particles.v[i], dt);
@@ -40,7 +40,7 @@ struct FilteredMotion {
   Particles<R> particles;
   Points<R> acceleration;
   const R* load;
-  R dt;
+  R dt;  // the substep h, s
   Vector3<R> gravity;
   KERNEL Vector3<R> velocity(int i) const {
     const bool direct = particles.w[i] > R(0) && !(load[i] > R(0));

@@ -38,7 +38,7 @@ struct ApplyWindForces {
   const int *begin, *around;  // faces of each item, one more at the end of begin
   Points<R> faces;
   Vector3<R> wind;   // m/s
-  R dt, drag, lift;  // s, 1/2 rho C_D and 1/2 rho C_L (kg/m^3)
+  R dt, drag, lift;  // the substep h (s), 1/2 rho C_D and 1/2 rho C_L (kg/m^3)
   KERNEL void operator()(int item) const {
     const int i = particle[item];
     const R h = dt * w[i];

@@ -9,7 +9,7 @@ namespace malha {
 template <class R>
 struct Predict {
   Particles<R> particles;
-  R dt;
+  R dt;                // the substep h, s
   Vector3<R> gravity;  // m/s^2
   KERNEL void operator()(int i) const {
     const Vector3<R> v = apply_gravity(particles.v[i], particles.w[i], gravity, dt);
@@ -23,7 +23,7 @@ struct Predict {
 template <class R>
 struct Drag {
   Particles<R> particles;
-  R dt, drag;       // s, N s/m
+  R dt, drag;       // the substep h, s; N s/m
   Vector3<R> wind;  // u, m/s
   KERNEL void operator()(int i) const {
     const R h = dt * drag * particles.w[i];
@@ -60,7 +60,7 @@ struct FirstIndex {
 template <class R>
 struct UpdateState {
   Particles<R> particles;
-  R dt, per_dt;  // s, 1/s
+  R dt, per_dt;  // the substep h, s, and 1 / h
   KERNEL FirstIndex operator()(int i) const {
     particles.v.set(i, velocity_from_positions(particles.v[i], particles.p.d[i], dt, per_dt));
     particles.p.advance_x(i), particles.p.clear_displacement(i);

@@ -5,7 +5,7 @@
 
 namespace malha {
 
-/// v + dt g. Pinned particles (w = 0) stay at rest.
+/// v + dt g, where `dt` is the substep h, here and in the functions below. Pinned particles (w = 0) stay at rest.
 template <class S>
 KERNEL Vector3<S> apply_gravity(const Vector3<S>& v, S w, const Vector3<S>& g, S dt) {
   const S zero(typename RealOf<S>::type(0));

@@ -37,7 +37,7 @@ struct PredictedParticles {
   Points<R> v;         // m/s
   const R* w;          // 1/kg
   Points<R> origins;   // as in RestrictionTarget
-  R dt;                // s
+  R dt;                // the substep h, s
   Vector3<R> gravity;  // m/s^2
 
   /// Loads those of a segment into the patch's memory.

@@ -41,7 +41,7 @@ struct MarkCrossingBodies {
 };
 
 /// Finds the smallest distance of each particle's pairs that are below their minimum distance. Groups: patches of one
-/// phase.
+/// colour.
 template <class R>
 struct FindNearestPairs {
   using Shared = void;

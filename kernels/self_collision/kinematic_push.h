@@ -29,7 +29,7 @@ struct MarkPushing {
 };
 
 /// Pushes one side of every violating pair: the side without kinematic particles; if neither has any, the side that is
-/// not pushed yet; both by half if both are alike. Groups: patches of one phase.
+/// not pushed yet; both by half if both are alike. Groups: patches of one colour.
 template <class R>
 struct PushByKinematic {
   Trajectories<R> motions;
@@ -76,7 +76,7 @@ struct PushByKinematic {
 };
 
 /// Moves particles that kinematic ones still penetrate along with these, recursively: primitives with the same motion
-/// cannot intersect. Counts the moved particles in `violations`. Groups: patches of one phase.
+/// cannot intersect. Counts the moved particles in `violations`. Groups: patches of one colour.
 template <class R>
 struct MoveWithKinematic {
   Trajectories<R> motions;

@@ -69,7 +69,7 @@ struct SumTruncation {
   ScatteredPoints<R> x0;
   Vector3<R> origin;      // m, of x0
   const Vec4<R>* before;  // see ComputeTruncationChange
-  double per_dt;          // 1/s
+  double per_dt;          // 1 / h of the substep, 1/s
   const ParticleRun* runs;
   TruncationSums* sums;
   KERNEL void operator()(int r) const {

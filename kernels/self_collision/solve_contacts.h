@@ -7,7 +7,7 @@
 
 namespace malha {
 
-/// Groups: patches of one phase, which share no particle.
+/// Groups: patches of one colour, which share no particle.
 template <class R, bool kFriction>
 struct SolveContacts {
   using Shared = void;

@@ -156,36 +156,36 @@ struct ComputeSweptAabbs {
   }
 };
 
-/// Greedy colouring: patches that share a particle get different phases, so that they are never processed at once. One
+/// Greedy colouring: patches that share a particle get different colours, so that they are never processed at once. One
 /// item; it runs on the host because one thread of a device would take longer than the transfers.
 struct ColorPatches {
   using RunsOnHost = void;
   const PairPatch* patches;
   const int* patch_particles;
   int count;
-  unsigned long long* used_phases;  // of each particle: phases that are used; 0 before and after
-  int* phase;                       // of each patch; without pairs: below 0
+  unsigned long long* used_colours;  // of each particle: colours that are used; 0 before and after
+  int* colour;                       // of each patch; without pairs: below 0
   KERNEL void operator()(int) const {
-    for (int u = 0; u < count; ++u) phase[u] = patches[u].pairs > 0 ? kNone : -1;
+    for (int u = 0; u < count; ++u) colour[u] = patches[u].pairs > 0 ? kNone : -1;
     bool left = true;
     for (int base = 0; left; base += 64) {
       left = false;
       for (int u = 0; u < count; ++u) {
-        if (phase[u] != kNone) continue;
+        if (colour[u] != kNone) continue;
         const int* const of = patch_particles + patches[u].particles_begin;
         unsigned long long used = 0;
-        for (int k = 0; k < patches[u].particle_count; ++k) used |= used_phases[of[k]];
+        for (int k = 0; k < patches[u].particle_count; ++k) used |= used_colours[of[k]];
         if (~used == 0) {
           left = true;
           continue;
         }
         const int bit = lowest_bit(~used);
-        for (int k = 0; k < patches[u].particle_count; ++k) used_phases[of[k]] |= 1ull << bit;
-        phase[u] = base + bit;
+        for (int k = 0; k < patches[u].particle_count; ++k) used_colours[of[k]] |= 1ull << bit;
+        colour[u] = base + bit;
       }
       for (int u = 0; u < count; ++u)
-        for (int k = 0; phase[u] >= 0 && k < patches[u].particle_count; ++k)
-          used_phases[patch_particles[patches[u].particles_begin + k]] = 0;
+        for (int k = 0; colour[u] >= 0 && k < patches[u].particle_count; ++k)
+          used_colours[patch_particles[patches[u].particles_begin + k]] = 0;
     }
   }
 

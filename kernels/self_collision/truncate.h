@@ -173,7 +173,7 @@ struct SumViolations {
 };
 
 /// Marks the particles of violating pairs as Truncating; concurrent writes store the same value. Groups: patches of one
-/// phase.
+/// colour.
 template <class R>
 struct MarkViolating {
   using Shared = void;
@@ -196,7 +196,7 @@ struct MarkViolating {
 };
 
 /// Limits the fraction of its displacement, relative to `rest_motion`, that a Truncating particle keeps, so that it
-/// alone cannot make any of its pairs intersect. Groups: patches of one phase.
+/// alone cannot make any of its pairs intersect. Groups: patches of one colour.
 template <class R>
 struct ComputeTruncation {
   using Shared = void;

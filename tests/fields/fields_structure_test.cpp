@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fields of the solver's layout: patches, phases and batches.
+// Fields of the solver's layout: patches, their colours, and batches.
 #include <algorithm>
 #include <map>
 #include <set>
@@ -31,30 +31,30 @@ TEST_F(FieldsOfSheets, StructureIsTheLayoutOfTheSolver) {
     const Structure layout = structure(model);
     ASSERT_GT(layout.patches, 1);
     EXPECT_EQ(layout.patches, facts.patches.patches);
-    EXPECT_EQ(layout.phases, facts.patches.phases);
+    EXPECT_EQ(layout.colours, facts.patches.colours);
     EXPECT_EQ(layout.batches, facts.sets[0].most_batches) << "there is one set";
     EXPECT_EQ(std::set<int>(layout.patch.begin(), layout.patch.end()).size(), std::size_t(layout.patches));
     EXPECT_EQ(*std::min_element(layout.patch.begin(), layout.patch.end()), 0);
-    EXPECT_EQ(*std::max_element(layout.phase.begin(), layout.phase.end()), layout.phases - 1);
+    EXPECT_EQ(*std::max_element(layout.colour.begin(), layout.colour.end()), layout.colours - 1);
 
     std::vector<bool> pinned(model.x.size());
     for (int i = 0; i < model.count(); ++i) pinned[model.user_index[i]] = model.w[i] == 0;
     std::multiset<Edge> found, expected;
     std::map<std::pair<int, int>, std::vector<Edge>> batches;
     std::vector<std::map<int, std::set<int>>> users(
-        layout.phases);  // of each phase: the patches that use each movable particle
-    std::vector<int> phase_of(layout.patches, -1);
+        layout.colours);  // of each colour: the patches that use each movable particle
+    std::vector<int> colour_of(layout.patches, -1);
     for (std::size_t i = 0; i < layout.patch.size(); ++i) {
-      int& phase = phase_of[layout.patch[i]];
-      EXPECT_TRUE(phase < 0 || phase == layout.phase[i]) << "a patch of two phases";
-      phase = layout.phase[i];
+      int& colour = colour_of[layout.patch[i]];
+      EXPECT_TRUE(colour < 0 || colour == layout.colour[i]) << "a patch of two colours";
+      colour = layout.colour[i];
     }
     for (std::size_t l = 0; l < layout.lines.size(); ++l) {
       const Edge& line = layout.lines[l];
       found.insert({std::min(line[0], line[1]), std::max(line[0], line[1])});
       batches[{layout.owner[l], layout.batch[l]}].push_back(line);
       for (const int i : line)
-        if (!pinned[i]) users[phase_of[layout.owner[l]]][i].insert(layout.owner[l]);
+        if (!pinned[i]) users[colour_of[layout.owner[l]]][i].insert(layout.owner[l]);
       EXPECT_TRUE(layout.patch[line[0]] == layout.owner[l] || layout.patch[line[1]] == layout.owner[l]);
       EXPECT_LT(layout.batch[l], layout.batches);
     }
@@ -68,8 +68,8 @@ TEST_F(FieldsOfSheets, StructureIsTheLayoutOfTheSolver) {
     for (const auto& [number, lines] : batches) {
       EXPECT_TRUE(apart(lines, pinned)) << "patch " << number.first << ", batch " << number.second;
     }
-    for (const auto& phase : users)
-      for (const auto& [i, patches] : phase) EXPECT_EQ(patches.size(), 1u) << "particle " << i << " in one phase";
+    for (const auto& colour : users)
+      for (const auto& [i, patches] : colour) EXPECT_EQ(patches.size(), 1u) << "particle " << i << " in one colour";
   }
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fields in a page of a run: patches and phases, speeds, numbers with units, and names.
+// Fields in a page of a run: patches and their colours, speeds, numbers with units, and names.
 #include <algorithm>
 #include <map>
 #include <set>
@@ -18,7 +18,7 @@ class PageFields : public PageOfARun {
   std::string text_of_panel() { return browser().evaluate("document.getElementById('panel').innerText"); }
 };
 
-/// A sheet with several patches in two phases.
+/// A sheet with several patches in two colours.
 Json many_patches() {
   Json scene = swinging_sheet(false);
   scene["bodies"][0]["shape"]["grid"]["cells"] = {90, 90};
@@ -26,20 +26,20 @@ Json many_patches() {
   return scene;
 }
 
-TEST_F(PageFields, ShowAsManyColoursAsThereArePatchesAndPhases) {
+TEST_F(PageFields, ShowAsManyHuesAsThereArePatchesAndColours) {
   NEEDS_BROWSER;
   const Json scene = many_patches();
   browser().open(page(scene));
   const Simulation simulation(parsed(scene), {.threads = 1});
   const Structure layout = structure(simulation.model());
   ASSERT_GT(layout.patches, 4);
-  ASSERT_EQ(layout.phases, 2);
-  for (const char* look : {"patch", "phase"}) {
+  ASSERT_EQ(layout.colours, 2);
+  for (const char* look : {"patch", "colour"}) {
     browser().press(look == std::string("patch") ? "6" : "7");
     browser().screenshot();
     EXPECT_EQ(browser().evaluate("malha.look"), look);
     const Json colours = evaluated("Array.from(malha.views[0].stage.colours.array)");
-    const std::vector<int>& number = look == std::string("patch") ? layout.patch : layout.phase;
+    const std::vector<int>& number = look == std::string("patch") ? layout.patch : layout.colour;
     ASSERT_EQ(colours.size(), 3 * number.size());
     std::map<int, Json> colour_of;
     std::set<std::string> all;
@@ -49,12 +49,12 @@ TEST_F(PageFields, ShowAsManyColoursAsThereArePatchesAndPhases) {
       ASSERT_EQ(colour, first) << "particle " << i << " of " << look << " " << number[i];
       all.insert(colour.dump());
     }
-    const int expected = look == std::string("patch") ? layout.patches : layout.phases;
+    const int expected = look == std::string("patch") ? layout.patches : layout.colours;
     EXPECT_EQ(all.size(), static_cast<std::size_t>(expected)) << look;
     EXPECT_EQ(evaluated("malha.views[0].legend.textContent"),
-              counted(expected, look, look == std::string("patch") ? "patches" : "phases"));
+              counted(expected, look, look == std::string("patch") ? "patches" : "colours"));
   }
-  // On the screen, too, phase 0 has another colour than phase 1, whatever the light.
+  // On the screen, too, patches of colour 0 have another hue than those of colour 1, whatever the light.
   const Image picture = browser().screenshot();
   const auto hue = [&](int i) {
     const Json at = evaluated("malha.pixelOf(0, " + std::to_string(i) + ")");
@@ -62,14 +62,14 @@ TEST_F(PageFields, ShowAsManyColoursAsThereArePatchesAndPhases) {
     const unsigned char* const rgb = &picture.pixels[3 * (py * std::size_t(picture.width) + px)];
     return int(std::max_element(rgb, rgb + 3) - rgb) * 3 + int(std::min_element(rgb, rgb + 3) - rgb);
   };
-  const auto in_phase = [&](int phase) {  // a particle in the middle of a patch
+  const auto in_colour = [&](int colour) {  // a particle in the middle of a patch
     std::vector<int> of;
     for (int i = 0; i < 91 * 91; ++i)
-      if (layout.phase[i] == phase && layout.phase[std::max(i - 1, 0)] == phase && i % 91 > 5 && i % 91 < 85)
+      if (layout.colour[i] == colour && layout.colour[std::max(i - 1, 0)] == colour && i % 91 > 5 && i % 91 < 85)
         of.push_back(i);
     return of[of.size() / 2];
   };
-  EXPECT_NE(hue(in_phase(0)), hue(in_phase(1)));
+  EXPECT_NE(hue(in_colour(0)), hue(in_colour(1)));
   expect_no_complaints();
 }
 

@@ -221,7 +221,7 @@ TEST_F(PageMarks, OfWhatARunLacksAreNotOffered) {
   browser().open(free);
   const std::string looks = "Array.from(document.getElementById('look').options, (option) => option.value)";
   EXPECT_EQ(evaluated(looks),
-            (Json{"shaded", "wire", "particles", "strain", "speed", "patch", "phase", "batch", "residual"}));
+            (Json{"shaded", "wire", "particles", "strain", "speed", "patch", "colour", "batch", "residual"}));
   browser().press("9");
   browser().screenshot();
   EXPECT_EQ(browser().evaluate("malha.look"), "shaded");

@@ -46,7 +46,7 @@ TEST(Launches, OfAClothWithDistancesAreThePatchSolvesAlone) {
 
 TEST(Launches, AreTheSameOnAnyNumberOfThreads) {
   Json scene = swinging_sheet(true);
-  scene["bodies"][0]["shape"]["grid"]["cells"] = {45, 45};  // several patches, several phases
+  scene["bodies"][0]["shape"]["grid"]["cells"] = {45, 45};  // several patches, several colours
   EXPECT_EQ(traced(scene, 1).launches, traced(scene, 4).launches);
   scene["solver"]["type"] = "desbrun";
   EXPECT_EQ(traced(scene, 1).launches, traced(scene, 4).launches);

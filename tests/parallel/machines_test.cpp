@@ -121,15 +121,15 @@ TEST(PatchTraffic, OfSeveralPatchesAddsWhatTheyShare) {
     const Simulation simulation(scene, {.threads = 1, .machine = "h200"});
     ASSERT_TRUE(simulation.solver().facts().fused);
     const PatchPlan plan = plan_patches(simulation.model());
-    turns = turns || plan.phases() > 2;
+    turns = turns || plan.colours() > 2;
     std::vector<int> visits(simulation.model().x.size(), 0);
-    for (int phase = 0; phase < plan.phases(); ++phase)
-      for (int k = plan.phase_begin[phase]; k < plan.phase_begin[phase + 1]; ++k)
+    for (int colour = 0; colour < plan.colours(); ++colour)
+      for (int k = plan.colour_begin[colour]; k < plan.colour_begin[colour + 1]; ++k)
         for (int s = plan.patches[k].segment; s < plan.patches[k].segment + plan.patches[k].segments; ++s) {
           const Segment& segment = plan.segments[s];
           for (int i = segment.global; i < segment.global + segment.count; ++i)
-            // twice, except for the last phase and the one where the sweep turns
-            visits[i] += phase < plan.phases() - 2 ? 2 : 1;
+            // twice, except for the last colour and the one where the sweep turns
+            visits[i] += colour < plan.colours() - 2 ? 2 : 1;
         }
     double numbers = 0;
     for (const int count : visits) {
@@ -143,8 +143,8 @@ TEST(PatchTraffic, OfSeveralPatchesAddsWhatTheyShare) {
     std::size_t constraints = 0;
     for (const SetStats& set : simulation.solver().facts().sets) constraints += set.bytes;
     const double once = static_cast<double>(constraints) * scene.solver.substeps;
-    EXPECT_GT(traffic.constraint_bytes, plan.phases() > 2 ? 1.2 * once : 0.999 * once) << scene.name;
-    EXPECT_LT(traffic.constraint_bytes, plan.phases() > 2 ? 2 * once : 1.001 * once) << scene.name << ": sums rounded";
+    EXPECT_GT(traffic.constraint_bytes, plan.colours() > 2 ? 1.2 * once : 0.999 * once) << scene.name;
+    EXPECT_LT(traffic.constraint_bytes, plan.colours() > 2 ? 2 * once : 1.001 * once) << scene.name << ": sums rounded";
   }
   EXPECT_TRUE(turns) << "there and back";
 }

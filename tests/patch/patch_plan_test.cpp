@@ -40,7 +40,7 @@ class PlanChecker {
     EXPECT_EQ(segment, static_cast<int>(plan_.segments.size()));
     EXPECT_EQ(batch, static_cast<int>(plan_.batches.size()));
     check_numbers();
-    check_phases();
+    check_colours();
     check_visits();
     check_totals();
   }
@@ -181,13 +181,13 @@ class PlanChecker {
 
   static int padded(int count) { return (count + kSlotPack - 1) / kSlotPack * kSlotPack; }
 
-  int phase_of(int patch) const {
-    return static_cast<int>(std::upper_bound(plan_.phase_begin.begin(), plan_.phase_begin.end(), patch) -
-                            plan_.phase_begin.begin()) -
+  int colour_of(int patch) const {
+    return static_cast<int>(std::upper_bound(plan_.colour_begin.begin(), plan_.colour_begin.end(), patch) -
+                            plan_.colour_begin.begin()) -
            1;
   }
 
-  /// The phases cover the patches, and within a phase no two share a movable particle. Each is one of the model's
+  /// The colours cover the patches, and within a colour no two share a movable particle. Each is one of the model's
   /// patches, and solves all of its particles.
   void check_numbers() {
     ASSERT_EQ(plan_.number.size(), plan_.patches.size());
@@ -201,36 +201,36 @@ class PlanChecker {
     }
   }
 
-  void check_phases() {
-    ASSERT_GE(plan_.phase_begin.size(), 2u);
-    EXPECT_EQ(plan_.phase_begin.front(), 0);
-    EXPECT_EQ(plan_.phase_begin.back(), static_cast<int>(plan_.patches.size()));
-    EXPECT_TRUE(std::is_sorted(plan_.phase_begin.begin(), plan_.phase_begin.end()));
+  void check_colours() {
+    ASSERT_GE(plan_.colour_begin.size(), 2u);
+    EXPECT_EQ(plan_.colour_begin.front(), 0);
+    EXPECT_EQ(plan_.colour_begin.back(), static_cast<int>(plan_.patches.size()));
+    EXPECT_TRUE(std::is_sorted(plan_.colour_begin.begin(), plan_.colour_begin.end()));
     int width = 0;
-    for (int phase = 0; phase < plan_.phases(); ++phase)
-      width = std::max(width, plan_.phase_begin[phase + 1] - plan_.phase_begin[phase]);
+    for (int colour = 0; colour < plan_.colours(); ++colour)
+      width = std::max(width, plan_.colour_begin[colour + 1] - plan_.colour_begin[colour]);
     EXPECT_EQ(plan_.width(), width);
     for (int i = 0; i < model_.count(); ++i) {
       if (pinned_[i]) continue;
-      std::set<int> phases;
+      std::set<int> colours;
       for (const Visit& visit : visits_[i])
-        EXPECT_TRUE(phases.insert(phase_of(visit.patch)).second) << "particle " << i;
+        EXPECT_TRUE(colours.insert(colour_of(visit.patch)).second) << "particle " << i;
     }
   }
 
   /// Every particle is solved; in a sweep there and back, no other patch solves a movable one before the visit marked
   /// `first`, and none after the one marked `last`.
   void check_visits() {
-    // The sweep goes through all phases but the last there and back, and then through the last.
-    const int end = plan_.phases() - 1;
-    std::vector<int> first(end + 1, -1), last(end + 1, -1);  // the times at which the sweep comes to a phase
+    // The sweep goes through all colours but the last there and back, and then through the last.
+    const int end = plan_.colours() - 1;
+    std::vector<int> first(end + 1, -1), last(end + 1, -1);  // the times at which the sweep comes to a colour
     int when = 0;
-    const auto come_to = [&](int phase) {
-      if (first[phase] < 0) first[phase] = when;
-      last[phase] = when++;
+    const auto come_to = [&](int colour) {
+      if (first[colour] < 0) first[colour] = when;
+      last[colour] = when++;
     };
-    for (int phase = 0; phase < end; ++phase) come_to(phase);
-    for (int phase = end - 1; phase >= 0; --phase) come_to(phase);
+    for (int colour = 0; colour < end; ++colour) come_to(colour);
+    for (int colour = end - 1; colour >= 0; --colour) come_to(colour);
     come_to(end);
     int shared = 0;
     for (int i = 0; i < model_.count(); ++i) {
@@ -240,8 +240,8 @@ class PlanChecker {
       for (const Visit& visit : visits_[i]) {
         bool is_first = true, is_last = true;
         for (const Visit& other : visits_[i]) {
-          is_first = is_first && first[phase_of(visit.patch)] <= first[phase_of(other.patch)];
-          is_last = is_last && last[phase_of(visit.patch)] >= last[phase_of(other.patch)];
+          is_first = is_first && first[colour_of(visit.patch)] <= first[colour_of(other.patch)];
+          is_last = is_last && last[colour_of(visit.patch)] >= last[colour_of(other.patch)];
         }
         EXPECT_EQ(visit.first, is_first) << "particle " << i << ", patch " << visit.patch;
         EXPECT_EQ(visit.last, is_last) << "particle " << i << ", patch " << visit.patch;
@@ -315,7 +315,7 @@ TEST(PlanPatches, OfTanglesIsSound) {
           sets, some_pinned(600, random), random, cuts == 0 ? std::vector<int>{} : random_cuts(cuts, 600, random)));
       if (cuts > 0) {
         EXPECT_EQ(static_cast<int>(plan.patches.size()), cuts + 1);
-        EXPECT_GT(plan.phases(), 1);
+        EXPECT_GT(plan.colours(), 1);
         EXPECT_GT(plan.shared, 0);
       }
     }
@@ -360,10 +360,10 @@ TEST(PlanPatches, OfSheetsIsSoundAndMostlyRuns) {
     }
 }
 
-TEST(PlanPatches, OfAStripedSheetAlternatesBetweenTwoPhases) {
+TEST(PlanPatches, OfAStripedSheetAlternatesBetweenTwoColours) {
   const PatchPlan plan = expect_sound_plan(build_model(scene_of({sheet("sheet", 45, 200)})));
   EXPECT_GT(plan.patches.size(), 4u);
-  EXPECT_EQ(plan.phases(), 2) << "a strip meets the one before and the one after";
+  EXPECT_EQ(plan.colours(), 2) << "a strip meets the one before and the one after";
   EXPECT_GE(2 * plan.width(), static_cast<int>(plan.patches.size()));
 }
 
@@ -383,14 +383,14 @@ TEST(PlanPatches, OfASphereIsSound) {
   BodySpec ball = body("ball", SphereShape{0.5, 4}, {constraint("distance"), constraint("bending")});
   const PatchPlan plan = expect_sound_plan(build_model(scene_of({ball})));
   EXPECT_GT(plan.patches.size(), 1u);
-  EXPECT_GT(plan.phases(), 1);
+  EXPECT_GT(plan.colours(), 1);
 }
 
 TEST(PlanPatches, VisitsParticlesWithoutConstraintsOnce) {
   const PatchPlan cloud =
       expect_sound_plan(build_model(scene_of({body("lattice", LatticeShape{{0, 0, 0}, {1, 1, 1}, {9, 9, 20}})})));
   EXPECT_GT(cloud.patches.size(), 1u);
-  EXPECT_EQ(cloud.phases(), 1);
+  EXPECT_EQ(cloud.colours(), 1);
   EXPECT_EQ(cloud.shared, 0);
   EXPECT_EQ(cloud.segments.size(), cloud.patches.size()) << "which read and write whole packs of them";
   EXPECT_EQ(expect_sound_plan(build_model(scene_of({body("one", LatticeShape{{0, 0, 0}, {0, 0, 0}, {1, 1, 1}})})))
@@ -405,14 +405,14 @@ std::vector<int> star_with_its_hub_last(int edges) {
   return particles;
 }
 
-TEST(PlanPatches, SharesPinnedParticlesAmongThePatchesOfAPhase) {
+TEST(PlanPatches, SharesPinnedParticlesAmongThePatchesOfAColour) {
   Random random(3);
   std::vector<bool> pinned(3001, false);
   pinned[3000] = true;
   const PatchPlan plan = expect_sound_plan(
       model_of({set_of(2, star_with_its_hub_last(3000))}, pinned, random, random_cuts(9, 3001, random)));
   EXPECT_EQ(plan.patches.size(), 10u);
-  EXPECT_EQ(plan.phases(), 1) << "all patches read the hub, none waits for another";
+  EXPECT_EQ(plan.colours(), 1) << "all patches read the hub, none waits for another";
   EXPECT_EQ(plan.shared, 0);
   EXPECT_EQ(plan.sets[0].most_batches, 1) << "one colour a patch, all with pins";
 }
@@ -421,7 +421,7 @@ TEST(PlanPatches, VisitsThePatchesAroundAFreeHubOneAfterTheOther) {
   Random random(4);
   const PatchPlan plan = expect_sound_plan(
       model_of({set_of(2, star_with_its_hub_last(2000))}, std::vector<bool>(2001), random, {0, 500, 900, 1300, 2001}));
-  EXPECT_EQ(plan.phases(), 4);
+  EXPECT_EQ(plan.colours(), 4);
   EXPECT_EQ(plan.shared, 1);
 }
 
@@ -442,7 +442,7 @@ TEST(PlanPatches, DependsOnTheModelAlone) {
   for (const int other : {1, 2, 5}) {
     omp_set_num_threads(other);
     const PatchPlan two = plan_patches(model);
-    EXPECT_EQ(two.phase_begin, one.phase_begin);
+    EXPECT_EQ(two.colour_begin, one.colour_begin);
     for (std::size_t s = 0; s < one.sets.size(); ++s) {
       EXPECT_EQ(two.sets[s].constraint, one.sets[s].constraint) << other << " threads";
       for (int j = 0; j < kMostParticles; ++j) EXPECT_EQ(two.sets[s].index[j], one.sets[s].index[j]);

@@ -57,13 +57,13 @@ class ScalarSweep {
     }
   }
 
-  /// The sweep goes through all phases but the last there and back, and then through the last.
+  /// The sweep goes through all colours but the last there and back, and then through the last.
   void operator()(const PlacedParticles<Serial, R>& particles) {
     const Displaced<R> p = particles.p();
-    const int last = plan_.phases() - 1;
-    for (int phase = 0; phase < last; ++phase) project_phase(p, phase, true);
-    for (int phase = last - 1; phase >= 0; --phase) project_phase(p, phase, false);
-    project_phase(p, last, true), project_phase(p, last, false);
+    const int last = plan_.colours() - 1;
+    for (int colour = 0; colour < last; ++colour) project_colour(p, colour, true);
+    for (int colour = last - 1; colour >= 0; --colour) project_colour(p, colour, false);
+    project_colour(p, last, true), project_colour(p, last, false);
   }
 
   void start_substep() {
@@ -73,9 +73,9 @@ class ScalarSweep {
   const PatchPlan& plan() const { return plan_; }
 
  private:
-  /// The patches of one phase share no particles, so that their order does not matter.
-  void project_phase(const Displaced<R>& p, int phase, bool there) {
-    for (int k = plan_.phase_begin[phase]; k < plan_.phase_begin[phase + 1]; ++k)
+  /// The patches of one colour share no particles, so that their order does not matter.
+  void project_colour(const Displaced<R>& p, int colour, bool there) {
+    for (int k = plan_.colour_begin[colour]; k < plan_.colour_begin[colour + 1]; ++k)
       project_patch(p, plan_.patches[k], there);
   }
 
@@ -327,7 +327,7 @@ TEST(Sweep, InPacksIsBitForBitThatOfOneByOne) {
     put_pins_at_minus_zero(tangled);
     const PatchPlan rows = plan_patches(tangled), columns = plan_patches(sheet);
     ASSERT_EQ(rows.columns, 0);
-    ASSERT_GT(rows.phases(), 1);
+    ASSERT_GT(rows.colours(), 1);
     ASSERT_EQ(columns.columns, static_cast<int>(columns.patches.size()));
     ASSERT_GT(columns.patches.size(), 1u);
     for_each_executor([&](const auto& executor, int threads, const std::string& name) {
@@ -453,7 +453,7 @@ TEST(Sweep, ReportsItsPatchesAndItsMemory) {
   const PatchPlan plan = plan_patches(model);
   const Sweep<Serial, float> sweep({}, model, 1);
   EXPECT_EQ(sweep.facts().patches, static_cast<int>(plan.patches.size()));
-  EXPECT_EQ(sweep.facts().phases, plan.phases());
+  EXPECT_EQ(sweep.facts().colours, plan.colours());
   EXPECT_EQ(sweep.facts().columns, plan.columns);
   EXPECT_EQ(sweep.facts().shared, plan.shared);
   EXPECT_EQ(sweep.facts().most_slots, plan.most_slots);

@@ -134,7 +134,7 @@ TEST(Plan, NamesPatches) {
   const Simulation simulation(parsed(scene), {.threads = 1});
   const PatchStats& patches = simulation.solver().facts().patches;
   EXPECT_GT(patches.patches, 1);
-  EXPECT_EQ(patches.phases, 2) << "strips alternate";
+  EXPECT_EQ(patches.colours, 2) << "strips alternate";
   EXPECT_GE(patches.most_slots * patches.patches, 46 * 46);
   const std::string lines = "patches:\n  count: " + std::to_string(patches.patches) + "\n  patch_colors: 2\n" +
                             (patches.columns > 0 ? "  soa_patches: " + std::to_string(patches.columns) + "\n" : "") +

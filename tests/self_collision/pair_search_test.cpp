@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The broad phase of self-collision: the pairs that it finds, and their layout in contact blocks, patches and phases.
+// The broad phase of self-collision: the pairs that it finds, and their layout in contact blocks, patches and colours.
 #include "host/self_collision/pair_search.h"
 
 #include <gtest/gtest.h>
@@ -168,21 +168,21 @@ TYPED_TEST(PairSearchOf, ATangleFindsTheSameOnAnyNumberOfThreadsAndAgain) {
   EXPECT_EQ(found_by(search, search.clusters()), first);
 }
 
-// No particle is in two patches of a phase.
+// No particle is in two patches of a colour.
 TYPED_TEST(PairSearchOf, ATangleHasColoursOfPatchesThatShareNothing) {
   using R = TypeParam;
   const Tangle<R> tangle(4);
   const PairSearch<Serial, R> search = tangle.search();
-  EXPECT_GT(search.phases(), 1);
+  EXPECT_GT(search.colours(), 1);
   const Pairs<R> pairs = search.pairs();
-  for (int phase = 0; phase < search.phases(); ++phase) {
+  for (int colour = 0; colour < search.colours(); ++colour) {
     std::vector<int> patches;
-    search.in_phase(Serial{}, phase, [&](const auto& group) { patches.push_back(group.index); });
+    search.in_colour(Serial{}, colour, [&](const auto& group) { patches.push_back(group.index); });
     std::set<int> seen;
     for (const int u : patches)
       for (int k = 0; k < pairs.patches[u].particle_count; ++k)
         EXPECT_TRUE(seen.insert(pairs.patch_particles[pairs.patches[u].particles_begin + k]).second)
-            << "phase " << phase;
+            << "colour " << colour;
   }
 }
 

@@ -183,7 +183,7 @@ INSTANTIATE_TEST_SUITE_P(, FusedPatchSolves,
                          visited_name);
 
 // 289 particles on 8 threads run as on one: there is no team to wait for.
-TEST(ASweep, HasNoMoreThreadsThanThePatchesOfItsLargestPhase) {
+TEST(ASweep, HasNoMoreThreadsThanThePatchesOfItsLargestColour) {
   for (const int side : {17, 46, 100}) {
     const Model model = build_model(scene_of({cloth(side)}, kEarth, 1.0 / 60));
     const Sweep<OpenMP, float> sweep(OpenMP{8}, model, 8);

@@ -11,9 +11,9 @@
 
 namespace malha::view {
 
-enum class VisualField { Bodies, Strain, Speed, Residual, Contact, Patch, Phase, Batch, Force };
-inline constexpr std::array kVisualFieldNames{"bodies",  "strain", "speed",   "residual",      "contacts",
-                                              "patches", "phases", "batches", "forces on pins"};
+enum class VisualField { Bodies, Strain, Speed, Residual, Contact, Patch, Colour, Batch, Force };
+inline constexpr std::array kVisualFieldNames{
+    "bodies", "strain", "speed", "residual", "contacts", "patches", "colours of patches", "batches", "forces on pins"};
 
 /// Visual fields of the bodies of a frame; each is set once it was requested.
 struct VisualFields {

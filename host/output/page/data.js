@@ -39,7 +39,7 @@ async function positions(points, count, from = origin) {
 }
 
 // Visual fields that number particles, and the names of their counts in a page.
-const kNumbered = {patch: 'patches', phase: 'phases'};
+const kNumbered = {patch: 'patches', colour: 'colours'};
 
 // Decodes a mesh for WebGL and the visual fields.
 async function meshOf(packed) {

@@ -64,7 +64,7 @@ const kMeasured = {strain: strains, speed: (mesh, x, data) => speeds(mesh, x, da
                    residual: (mesh, x, residuals) => residuals};
 
 // Visual fields that need data which a run may lack.
-const kNeeds = {patch: (run) => run.meshes.some((mesh) => mesh.patch), phase: (run) => run.meshes.some((mesh) => mesh.phase),
+const kNeeds = {patch: (run) => run.meshes.some((mesh) => mesh.patch), colour: (run) => run.meshes.some((mesh) => mesh.colour),
                 batch: (run) => run.meshes.some((mesh) => mesh.batch),
                 contact: (run) => run.frames.some((frame) => frame.touches),
                 force: (run) => run.frames.some((frame) => frame.forces),

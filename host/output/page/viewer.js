@@ -3,7 +3,7 @@
 'use strict';
 
 const kSpeeds = [0.05, 0.1, 0.25, 0.5, 1, 2], kKeys = '1234567890';  // of visual fields
-const kLooks = ['shaded', 'wire', 'particles', 'strain', 'speed', 'patch', 'phase', 'batch', 'contact', 'residual', 'force'];
+const kLooks = ['shaded', 'wire', 'particles', 'strain', 'speed', 'patch', 'colour', 'batch', 'contact', 'residual', 'force'];
 
 // The interface for tests and the console.
 const malha = window.malha = {time: 0, playing: false, speed: 1, look: 'shaded', ready: false, views: []};

@@ -17,7 +17,7 @@ Json parsimony_row(const std::string& feature) {
 
 TEST(StudyParsimony, FindsThatABareClothOnlyLaunchesPatchSolves) {
   const Json row = parsimony_row("nothing");
-  EXPECT_EQ(row["kernels"], "SolvePatch<float> 20") << "10 substeps, 2 phases";
+  EXPECT_EQ(row["kernels"], "SolvePatch<float> 20") << "10 substeps, 2 colours";
   EXPECT_EQ(row["kernels_added"], "");
   EXPECT_EQ(row["added_bytes"], 0);
   for (const char* owner : {"air", "springs", "filter", "collision"})

@@ -102,7 +102,7 @@ Json cell_of_eight(const std::vector<double>& seconds) {
                              {"setup_s", 0.1},
                              {"hash", "a"},
                              {"patches", 12},
-                             {"phases", 2},
+                             {"patch_colors", 2},
                              {"must_move_bytes", 1e6},
                              {"triad_gb_per_s", 20}});
   return cell;

@@ -81,7 +81,7 @@ Json row_of(const SelfCase& of, const TimedRun& line) {
           {"self_contacts_per_particle", m.self_contacts / particles},
           {"candidates_per_particle", static_cast<double>(facts.self->candidates) / particles},
           {"pairs_per_particle", static_cast<double>(facts.self->pairs) / particles},
-          {"phases", facts.self->phases},
+          {"patch_colors", facts.self->colours},
           {"bytes_per_particle", static_cast<double>(facts.collision_bytes) / particles},
           {"searches_per_substep", static_cast<double>(facts.self->searches) / substeps},
           {"substeps", substeps},

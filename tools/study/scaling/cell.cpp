@@ -73,7 +73,7 @@ Json result(const ClothMethod& method, const Runner& runner, double min_seconds,
           {"least_step_s", runner.least},
           {"passes_s", passes},
           {"patches", patches.patches},
-          {"phases", patches.phases},
+          {"patch_colors", patches.colours},
           {"must_move_bytes", bytes},
           {"triad_gb_per_s", memory}};
 }
@@ -159,9 +159,9 @@ std::optional<double> serial_fraction(const std::vector<int>& threads, const std
   return std::clamp(share, 0.0, 1.0);
 }
 
-double imbalance(int patches, int phases, int threads) {
-  if (patches == 0 || phases == 0) return 1;
-  const double each = static_cast<double>(patches) / phases / threads;
+double imbalance(int patches, int colours, int threads) {
+  if (patches == 0 || colours == 0) return 1;
+  const double each = static_cast<double>(patches) / colours / threads;
   return std::ceil(each - 1e-9) / each;
 }
 

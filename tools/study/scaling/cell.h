@@ -19,9 +19,9 @@ struct ScalingRun {
 std::vector<int> scaling_threads(int cores = bench::cores());
 
 /// {lines: [{threads, particles, step_s: [one a turn], least_step_s, passes_s: {name: seconds a step}, setup_s, hash,
-/// patches, phases, must_move_bytes, triad_gb_per_s}], load_average}; or {left_out: reason} if the simulations do not
-/// fit into memory together. `must_move_bytes`: bytes per step that the largest pass has to read and write if nothing
-/// stays in caches between substeps. `phases`: colours of patches.
+/// patches, patch_colors, must_move_bytes, triad_gb_per_s}], load_average}; or {left_out: reason} if the simulations do
+/// not fit into memory together. `must_move_bytes`: bytes per step that the largest pass has to read and write if
+/// nothing stays in caches between substeps. `patch_colors`: colours of patches.
 Json scaling_cell(const ClothMethod& method, const std::vector<ScalingRun>& lines, const Cells& cells);
 
 /// {threads, fork_join_us, fork_join_median_us, barrier_us}: times of an empty parallel region, and of a barrier for
@@ -33,8 +33,8 @@ Json launch_costs(int threads, bool quick);
 /// than the number of threads, or more threads are slower than one.
 std::optional<double> serial_fraction(const std::vector<int>& threads, const std::vector<double>& seconds);
 
-/// Number of patches of the busiest thread over the mean, if the patches of a colour (`phases`: number of colours) are
+/// Number of patches of the busiest thread over the mean, if the patches of a colour (`colours`: their number) are
 /// distributed in equal numbers; 1: balanced.
-double imbalance(int patches, int phases, int threads);
+double imbalance(int patches, int colours, int threads);
 
 }  // namespace malha::study

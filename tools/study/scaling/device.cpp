@@ -13,7 +13,7 @@ Section scaling_on_device(const Json& rows) {
   const auto all = scaling_groups(rows, "strong");
   Section section{"What a step takes on the device, by size"};
   section.table.columns = {"method",   "particles",           "ms a step",     "ns a particle and step",
-                           "phases",   "GB/s that must move", "a copy's GB/s", "share",
+                           "colours",  "GB/s that must move", "a copy's GB/s", "share",
                            "set-up, s"};
   Chart chart{"device",
               "set logscale xy\nset xlabel 'particles'\nset ylabel 'ms a step'\n"
@@ -26,7 +26,7 @@ Section scaling_on_device(const Json& rows) {
       const double ms = number(row, "step_ms"), particles = number(row, "particles");
       std::vector<std::string> line = bandwidth_cells(row);
       line.insert(line.begin(), {method.name, count_of(row), formatted("%.4g", ms),
-                                 formatted("%.3g", 1e6 * ms / particles), row["phases"].dump()});
+                                 formatted("%.3g", 1e6 * ms / particles), row["patch_colors"].dump()});
       line.push_back(formatted("%.3g", number(row, "setup_s")));
       section.table.rows.push_back(line);
       series.data += formatted("%.9g %.9g\n", particles, ms);

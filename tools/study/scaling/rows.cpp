@@ -118,10 +118,11 @@ Section scaling_launches(const Json& rows) {
   std::string share;
   for (const auto& group : scaling_groups(rows, "strong")) {
     const Json& last = group.back();
-    if (!last.contains("fused_solve_ms") || number(last, "phases") == 0) continue;
+    if (!last.contains("fused_solve_ms") || number(last, "patch_colors") == 0) continue;
     for (const Json& row : rows)
       if (row["kind"] == "launch" && row["threads"] == last["threads"]) {
-        const double waits = number(row, "fork_join_us") + 10 * number(last, "phases") * number(row, "barrier_us");
+        const double waits =
+            number(row, "fork_join_us") + 10 * number(last, "patch_colors") * number(row, "barrier_us");
         append(share, formatted("%.2g %% (", waits / 10 / number(last, "step_ms")) + count_of(last) + ")");
       }
   }

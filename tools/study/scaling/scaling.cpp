@@ -78,11 +78,11 @@ Json row_of(const Json& base, const ClothMethod& method, const Json& line, const
   row["undisturbed_times_as_fast"] = one["least_step_s"].get<double>() / line["least_step_s"].get<double>();
   row["setup_s"] = line["setup_s"], row["hash"] = line["hash"];
   const int patches = line["patches"].get<int>();  // Desbrun's method has none
-  row["imbalance_by_patches"] = patches > 0 ? Json(imbalance(patches, line["phases"].get<int>(), t)) : Json();
+  row["imbalance_by_patches"] = patches > 0 ? Json(imbalance(patches, line["patch_colors"].get<int>(), t)) : Json();
   const char* largest = method.desbrun ? "filter" : "fused_solve";
   const double pass = line["passes_s"].value(largest, step);
   row["gb_per_s"] = line["must_move_bytes"].get<double>() / pass / 1e9, row["triad_gb_per_s"] = line["triad_gb_per_s"];
-  row["phases"] = line["phases"];
+  row["patch_colors"] = line["patch_colors"];
   for (const auto& [name, seconds] : line["passes_s"].items()) {
     row[name + "_ms"] = seconds.get<double>() * 1e3;
     if (one["passes_s"].contains(name))
