@@ -71,7 +71,7 @@ template <class R>
 struct QueryOctree : ContactQuery<R> {
   using Query = typename ContactQuery<R>::Query;
   QueryMasks bits;
-  double max_lift;  // m: limit of depenetration here; farther, another mesh may be in reach
+  double max_lift;  // m: limit of depenetration here; beyond it another mesh may be near
 
   QueryOctree(const ContactQuery<R>& query, const QueryMasks& of, double max)
       : ContactQuery<R>(query), bits(of), max_lift(max) {}

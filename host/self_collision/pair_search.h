@@ -102,7 +102,8 @@ class PairSearch {
     });
   }
 
-  /// Sets where bodies intersect: searches leave out pairs that have such a particle on both sides. Empty: nowhere.
+  /// Sets the particles where bodies intersect: searches leave out pairs that have such a particle on both sides. An
+  /// empty list: no bodies intersect.
   void exclude(const std::vector<CrossingBodies>& crosses) { crosses_ = Array<Executor, CrossingBodies>(crosses); }
 
   const CrossingBodies* crosses() const { return crosses_.data(); }

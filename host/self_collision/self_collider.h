@@ -32,7 +32,7 @@ class SelfCollider {
  public:
   SelfCollider(const Executor& executor, const Model& model);
 
-  /// Contacts are found with the first projection of a substep, when the predicted positions are known.
+  /// Starts a substep. Contacts are detected in its first projection, when the predicted positions are known.
   void start_substep() {
     contacts_valid_ = false, cached_contact_count_ = -1, correction_ = MomentumCorrection::None;
     can_project_ = true, pushes_left_ = kMaxPushes, kinematic_moves_left_ = kMaxKinematicMoves;
@@ -83,7 +83,7 @@ class SelfCollider {
     overlaps_ = true;
   }
 
-  /// Contacts that pushed in the last substep.
+  /// Number of contacts that pushed in the last substep.
   int contacts() const;
 
   const SelfSurface& surface() const { return surface_; }
@@ -130,7 +130,7 @@ class SelfCollider {
   }
 
   Vector3<R> origin() const { return to_R(memory_.origin); }
-  /// `first_particle_` may be so far from the origin, m.
+  /// Largest distance (m) of `first_particle_` from the origin before the origin is moved.
   double max_distance_from_origin() const {
     return kNearOrigin * kRounding * double(rules_.least) / std::numeric_limits<R>::epsilon();
   }
@@ -380,8 +380,9 @@ class SelfCollider {
                                            SumViolations<R>{search_.pairs(), violations_.data()});
   }
 
-  /// `left`: pairs that would intersect, if all particles are in their boxes. `owners`: null where nothing is fixed.
-  /// `isolated`: no particle is fixed and none touches the environment, so that the bodies must keep their momenta.
+  /// Resolves the intersections that remain. `left`: number of pairs that would intersect, if all particles are in
+  /// their boxes. `owners`: null if no particle is fixed. `isolated`: no particle is fixed and none touches the
+  /// environment, so that the bodies must keep their momenta.
   void resolve_violations(const Particles<R>& particles, const BoundsViolations& stay, int left,
                           const KinematicOwners* owners, bool isolated) {
     if (stay.outside > 0) clamp_to_bounds(particles), left = count_violations(can_project_, nullptr);

@@ -63,7 +63,7 @@ struct InitCandidateSearch {
 template <class R>
 struct CandidateContactParams {
   R thickness;  // m
-  R recovery;   // share of the missing distance that is recovered in a substep
+  R recovery;   // share of a violation of the minimum distance that is recovered in a substep
 };
 
 /// Narrow phase of one candidate: whether it is a contact, and its geometry. In double: if a pair is apart by a

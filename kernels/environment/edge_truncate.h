@@ -47,7 +47,7 @@ struct CopyPoints {
 template <class R>
 struct DivisionPlanes {
   ScatteredPoints<R> x0, moved;
-  R least;  // m: no gap closes below it
+  R least;  // m: lower bound of the gap that truncation leaves
 
   /// Coordinate of particle j at x0 along n.
   KERNEL R at_start(const EdgeContact<R>& c, int j) const { return dot(c.n, x0[c.i[j]] - x0[c.i[0]]); }

@@ -19,9 +19,9 @@ KERNEL R least_distance(const Trajectories<R>& motions, const ContactBlock<R>& b
 /// Parameters of contacts.
 template <class R>
 struct ContactParams {
-  R recovery;  // share of the missing distance that is recovered in a substep
-  R ahead;     // m: pairs that come as near beyond their minimum distance are contacts
-  R least;     // m: no gap closes below it
+  R recovery;  // share of a violation of the minimum distance that is recovered in a substep
+  R ahead;     // m: a pair that comes nearer than its minimum distance plus this is a contact
+  R least;     // m: lower bound of the gap that truncation leaves
 };
 
 /// Contact frame of one pair, computed in double.
