@@ -4,7 +4,7 @@
 // it.
 #pragma once
 #include "host/environment/find_contact.h"
-#include "kernels/environment/edge_contact.h"
+#include "kernels/environment/edge_detection.h"
 
 namespace malha {
 

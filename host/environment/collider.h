@@ -38,8 +38,9 @@ class EnvironmentCollider {
     bits_ = Array<Executor, unsigned long long>(masks * static_cast<std::size_t>(group_count_), 0ull);
   }
 
-  /// Detects the contacts for x -> p; the meshes move from their poses at `start` to those at `end` (s). While the host
-  /// runs the Embree queries, overlap(mask) may launch device work that does not touch the queried particles.
+  /// Detects the contacts of the paths from x to p, while the meshes move from their poses at `start` to those at `end`
+  /// (s). While the host runs the Embree queries, overlap(mask) may launch device work that does not touch the
+  /// particles in the mask.
   template <class Overlap>
   void detect_contacts(const Particles<R>& particles, double start, double end,
                        [[maybe_unused]] const Overlap& overlap) {
@@ -60,14 +61,15 @@ class EnvironmentCollider {
                    ResolveContact<R>{particles.p, o.memory.view().contacts, R(o.spec.friction)});
   }
 
-  /// Final guard after the last iteration: no particle that was dragged crosses a surface.
+  /// Final guard after the last iteration: clamps particles whose path crosses a surface, because constraints moved
+  /// them farther than predicted.
   void clamp_tunnelling(const Particles<R>& particles) {
     clamp_candidates<ClampTunnelling<R>>(find_crossing_candidates(particles), particles);
   }
 
   /// Final guard after self-collision: particles that it has moved across a surface move with that mesh instead, from
-  /// where the substep began, or, unless `move_with_meshes`, are clamped in front of it. Marks them in `marks`, by
-  /// numbers of meshes. Returns whether anything moved.
+  /// where the substep began. Without `move_with_meshes` they are clamped in front of it instead. Marks them in `marks`
+  /// as owned by their mesh. Returns whether any particle moved.
   bool resolve_crossings(const Particles<R>& particles, const KinematicMarks<R>& marks, bool move_with_meshes) {
     const ActiveCount active = find_crossing_candidates(particles);
     if (active.particles == 0) return false;
@@ -185,7 +187,7 @@ class EnvironmentCollider {
     for (const Obstacle& o : obstacles_) {
       facts.near += o.memory.near();
       facts.far_bytes += o.memory.bytes() - o.memory.near_bytes(), facts.near_bytes += o.memory.near_bytes();
-      facts.cell_bytes += o.surface.cell_bytes(), facts.queries += o.surface.queries();
+      facts.cell_bytes += o.surface.cell_bytes(), facts.full_queries += o.surface.queries();
     }
     return facts;
   }
@@ -254,7 +256,8 @@ class EnvironmentCollider {
   int count() const { return static_cast<int>(obstacles_.size()); }
   long long first_pair(std::size_t mesh) const { return static_cast<long long>(mesh * particles_); }
 
-  /// `max_path`: see InvalidateContacts. Paths up to half the thickness never need a sweep, whatever the distance.
+  /// `max_path`: see InvalidateContacts. Paths of at most half the thickness never need a sweep (needs_sweep()),
+  /// whatever the distance from the mesh, so that a contact with such a path may be reused.
   void invalidate(Obstacle& o, const Particles<R>& particles, double max_path) {
     parallel_for(executor_, o.memory.slots(), InvalidateContacts<R>{o.memory.view().contacts, particles.p, max_path});
   }
@@ -274,9 +277,9 @@ class EnvironmentCollider {
 
   void find_on_host(const Particles<R>& particles) {
     for (int k = 0; k < count(); ++k) {
-      broad_phase(particles, k, reach(k), bits(0), false);
+      broad_phase(particles, k, contact_range(k), bits(0), false);
       const int queries = reserve_slots(k, k + 1, {bits(0), 1, group_count_}).particles;
-      facts_.looks += queries;
+      facts_.closest_point_queries += queries;
       for_groups_interleaved(queries, FindContact<R>{environment_view(particles), k, bits(0)});
     }
   }
@@ -284,9 +287,9 @@ class EnvironmentCollider {
   /// less than their distance from the others.
   template <class Overlap>
   void find_on_device(const Particles<R>& particles, const Overlap& overlap) {
-    for (int k = 0; k < count(); ++k) broad_phase(particles, k, reach(k), bits(k), false);
+    for (int k = 0; k < count(); ++k) broad_phase(particles, k, contact_range(k), bits(k), false);
     const int queries = reserve_slots(0, count(), {bits(0), count(), group_count_}).particles;
-    facts_.looks += queries;
+    facts_.closest_point_queries += queries;
     if (queries == 0) return;
     const EnvironmentView<R> view = environment_view(particles);
     const ActiveMask active{bits(0), count(), group_count_};
@@ -295,7 +298,7 @@ class EnvironmentCollider {
     for (int k = 0; k < count(); ++k) {
       double max_lift = INFINITY;
       for (int other = 0; other < count(); ++other)
-        if (other != k) max_lift = std::min(max_lift, double(reach(other)));
+        if (other != k) max_lift = std::min(max_lift, double(contact_range(other)));
       const QueryMasks masks_of_mesh{bits(k), k > 0 ? bits(k - 1) : nullptr, single_mesh, lifted};
       parallel_for(executor_, group_count_, AllocateEntries<R>(query_for(view, k), masks_of_mesh));
       parallel_for(executor_, particles.count, QueryOctree<R>(query_for(view, k), masks_of_mesh, max_lift));
@@ -309,7 +312,8 @@ class EnvironmentCollider {
     staging_.run(view, active, left, query, overlap);
   }
 
-  /// Sets the bits of particles whose path may cross a surface. On a device they get slots at all meshes.
+  /// Sets the bits of particles whose path may cross a surface, and returns how many there are. On a device, which
+  /// cannot allocate slots later, all of them get slots at all meshes.
   ActiveCount find_crossing_candidates(const Particles<R>& particles) {
     for (int k = 0; k < count(); ++k) broad_phase(particles, k, -1, bits(0), k > 0);
     if constexpr (kOnHost)
@@ -321,21 +325,24 @@ class EnvironmentCollider {
     return parallel_reduce<ActiveCount>(executor_, group_count_, CountActive{{bits(mask), 1, group_count_}});
   }
 
-  float reach(int k) const { return static_cast<float>(2 * meshes_[k].thickness); }
+  /// Distance (m) beyond its path at which a particle may get a contact with mesh k; ContactQuery has the same.
+  float contact_range(int k) const { return static_cast<float>(2 * meshes_[k].thickness); }
   unsigned long long* bits(int mask) const { return bits_.data() + mask * group_count_; }
 
   /// Broad phase of mesh k (see BroadPhaseTest).
-  void broad_phase(const Particles<R>& particles, int k, float reach, unsigned long long* bits, bool add) {
+  void broad_phase(const Particles<R>& particles, int k, float contact_range, unsigned long long* bits, bool add) {
     const MovingSurface& mesh = meshes_[k];
     const ContactCacheStorage<Executor, R>& memory = obstacles_[k].memory;
     const SurfaceView& surface = mesh.surface->view();
     const FloatBox box{rounded<float>(surface.centre), rounded<float>(surface.half)};
     for_groups(particles.count > kParticleGrain || memory.slots() > kThreadGrain,
-               BroadPhaseTest<R>{particles, memory.view(), FloatPose(mesh.before), FloatPose(mesh.after), box, reach,
-                                 add, bits});
+               BroadPhaseTest<R>{particles, memory.view(), FloatPose(mesh.before), FloatPose(mesh.after), box,
+                                 contact_range, add, bits});
   }
-  /// Reserves contact slots at meshes first .. last - 1 for all particles that passed the broad phase: of the one mask,
-  /// or of those up to the mesh's own. Returns how many particles and groups passed.
+  /// Reserves contact slots at meshes first .. last - 1 for all particles that passed the broad phase. With one mask it
+  /// holds for all meshes. With a mask for each mesh, mesh k has slots for the particles in masks 0 to k, because a
+  /// particle that an earlier mesh moves is queried at the later ones too. Returns how many particles and groups
+  /// passed.
   ActiveCount reserve_slots(int first, int last, const ActiveMask& masks) {
     const auto counting = [&](int k) {
       return CountBroadPhase<R>{{masks.bits, std::min(k + 1, masks.count), group_count_}, obstacles_[k].memory.view()};

@@ -6,7 +6,7 @@
 #include "host/base/radix_sort.h"
 #include "host/base/scratch_buffer.h"
 #include "host/model/model.h"
-#include "kernels/environment/edge_contact.h"
+#include "kernels/environment/edge_detection.h"
 
 namespace malha {
 
@@ -115,7 +115,7 @@ class ContactList {
   int pushed_ = -1;  // result of pushed() for contacts that were replaced; -1: none were
   Array<Executor, unsigned char> truncated_;
   ScratchBuffer<Executor, int> flags_, end_offsets_;
-  ScratchBuffer<Executor, SelfContact<R>> contacts_;
+  ScratchBuffer<Executor, EdgeContact<R>> contacts_;
   ScratchBuffer<Executor, unsigned char> active_;
   ScratchBuffer<Executor, ContactImpulse<R>> impulses_;
   Sorter<Executor> ends_;

@@ -28,7 +28,7 @@ struct ContactQuery {
     int candidate_count;    // 0: no list
     Point a, b;
     ClosestPointRecord last;
-    double path, reach, moved, depth, radius;
+    double path, contact_range, moved, depth, radius;
     ClosestTriangle near;
   };
 
@@ -40,9 +40,9 @@ struct ContactQuery {
     query.last = cache.record(i, query.a);
     query.path = norm(query.b - query.a);
     // Contact planes are set a thickness early: neighbours may pull the particle further than its own velocity.
-    query.reach = query.path + 2 * thickness;
+    query.contact_range = query.path + 2 * thickness;
     query.moved = norm(query.a - query.last.at);
-    return !(query.last.distance - query.moved > query.reach);
+    return !(query.last.distance - query.moved > query.contact_range);
   }
 
   /// Begins a query. Returns false if the particle cannot have come near, or its cached contact is still valid.
@@ -59,14 +59,14 @@ struct ContactQuery {
     query.cell = slot < 0 ? 0 : cache.near[slot].cell;
     if (query.cell > 0) surface.prefetch_cell(query.cell);
     const double box = surface.box_distance(query.a);
-    if (box > query.reach) {
+    if (box > query.contact_range) {
       record_lower_bound(query, box);
       return false;
     }
     // If the particle went through the surface since, or was inside, it is at most this deep now.
     query.depth = max(query.moved - query.last.distance, 0.0);
     // A larger search radius than needed now spares queries in the next substeps.
-    query.radius = 4 * query.reach + min(surface.diagonal(), query.depth);
+    query.radius = 4 * query.contact_range + min(surface.diagonal(), query.depth);
     return true;
   }
 
@@ -123,9 +123,9 @@ struct ContactQuery {
   /// either side of the surface, stays as near until it moves away by itself: pushing it out would stretch its body and
   /// give it velocity.
   KERNEL double allowed_overlap(const Query& query, double distance) const {
-    const double missing = max(0.0, thickness - distance);
-    if (query.last.distance > -INFINITY) return min(missing, query.last.overlap);
-    return missing > 2 * thickness ? (1 - kMinDistance) * thickness : missing;
+    const double overlap = max(0.0, thickness - distance);
+    if (query.last.distance > -INFINITY) return min(overlap, query.last.overlap);
+    return overlap > 2 * thickness ? (1 - kMinDistance) * thickness : overlap;
   }
   /// The distance that a particle must keep, m; negative inside.
   KERNEL double required_distance(const ClosestPointRecord& last) const { return thickness - last.overlap; }
@@ -138,7 +138,7 @@ struct ContactQuery {
     const int i = query.i;
     const Point& a = query.a;
     const double distance = signed_distance(near, a, outward);
-    if (distance > query.reach) return record_lower_bound(query, distance);
+    if (distance > query.contact_range) return record_lower_bound(query, distance);
     ClosestPointRecord last{a, distance, near.triangle, query.last.tunnel_offset, allowed_overlap(query, distance)};
     // Beyond the boundary of a sheet there is no inside.
     if (distance < 0 && near.boundary) return store_record(query, last);

@@ -71,7 +71,7 @@ template <class R>
 struct QueryOctree : ContactQuery<R> {
   using Query = typename ContactQuery<R>::Query;
   QueryMasks bits;
-  double max_lift;  // m: limit of depenetration here; farther, another mesh may be in reach
+  double max_lift;  // m: limit of depenetration here; beyond it another mesh may be near
 
   QueryOctree(const ContactQuery<R>& query, const QueryMasks& of, double max)
       : ContactQuery<R>(query), bits(of), max_lift(max) {}
@@ -106,10 +106,10 @@ struct QueryOctree : ContactQuery<R> {
       if (query.near.triangle < 0) return false;
       near = surface.closest_point_on(surface.feature(query.near), query.a), distance = query.near.distance;
     }
-    if (!(distance <= query.reach) && !(query.depth > 0)) {
+    if (!(distance <= query.contact_range) && !(query.depth > 0)) {
       const double least = surface.known_lower_bound(query.a);
-      if (least < 0) return false;  // the host computes one
-      if (least > query.reach) {    // a coarse bound rules out contact
+      if (least < 0) return false;        // the host computes one
+      if (least > query.contact_range) {  // a coarse bound rules out contact
         this->record_lower_bound(query, least);
         return true;
       }
@@ -159,7 +159,7 @@ struct QueryOctree : ContactQuery<R> {
   }
   /// Returns true if finish() would need what only the host can do: an obstructed depenetration, or a sweep.
   KERNEL bool needs_host(const Query& query, const ClosestPoint& near, double distance, bool alone) const {
-    if (distance > query.reach || (distance < 0 && near.boundary)) return false;
+    if (distance > query.contact_range || (distance < 0 && near.boundary)) return false;
     const ClosestPointRecord last{query.a, distance, near.triangle, {}, this->allowed_overlap(query, distance)};
     const double lift = this->required_distance(last) - distance;
     return (lift > 0 && (!alone || lift > max_lift || !this->is_unobstructed(last))) ||

@@ -37,8 +37,8 @@ class EdgeCollider {
     for (auto& group : groups_) group.solve_contacts(particles);
   }
 
-  /// Final guard: no primitives intersect afterwards. can_project: whether contacts may be projected first. Marks
-  /// truncated particles in `marks`, by numbers of groups. Returns whether anything moved.
+  /// Final guard: no primitives intersect afterwards. `can_project`: contacts may be projected before displacements are
+  /// truncated. Marks truncated particles in `marks` as owned by their group. Returns whether any particle moved.
   bool resolve_intersections(const Particles<R>& particles, bool can_project, KinematicMarks<R> marks) {
     bool any = false;
     for (int round = 0; round < kRounds; ++round) {

@@ -96,7 +96,7 @@ class EdgeGroup {
     if (leaves_bounds()) {
       contacts_.cache_pushed();
       update_contacts(particles);
-      ++facts_.laid_again;
+      ++facts_.substeps_redetected;
     }
     if (contacts_.found() == 0) return false;
     const DivisionPlanes<R> planes{x_.points(), moved_.points(), least_};
@@ -112,7 +112,7 @@ class EdgeGroup {
       left = contacts_.count_violations(planes, w_.data());
     }
     if (!(left > 0)) return true;
-    ++facts_.held;
+    ++facts_.substeps_truncated;
     contacts_.truncate(left, planes, SetFromLocal<R>{particles.p, after_, marks}, marks.is_enabled(), w_.data());
     return true;
   }

@@ -106,7 +106,7 @@ struct FindContact : ContactQuery<R> {
     const ClosestFeature* const feature = this->cached_feature(query);
     if (!feature) return false;
     const ClosestPoint near = surface.closest_point_on(*feature, query.a);
-    if (near.distance <= query.reach || !rule_out_by_grid(query))
+    if (near.distance <= query.contact_range || !rule_out_by_grid(query))
       finish_query(query, near.distance < query.radius ? near : ClosestPoint{});
     return true;
   }
@@ -124,7 +124,7 @@ struct FindContact : ContactQuery<R> {
   template <class Isa>
   HOST_KERNEL void finish_query(Query& query, const PointTriangleBatch<Isa>& batch, int which) const {
     const bool has_candidates = query.candidate_count > 0;
-    if (!(has_candidates && query.near.distance <= query.reach) && rule_out_by_grid(query)) return;
+    if (!(has_candidates && query.near.distance <= query.contact_range) && rule_out_by_grid(query)) return;
     finish_query(query, has_candidates ? surface.within(query.radius, query.near, query.a) : search_mesh<Isa>(query));
     this->cache_feature(query, [&](double wall, double error)
                                    KERNEL_LAMBDA { return batch.validity_radius(which, query.near, wall, error); });
@@ -135,7 +135,7 @@ struct FindContact : ContactQuery<R> {
   bool rule_out_by_grid(const Query& query) const {
     if (query.depth > 0) return false;
     const double least = mesh_surface->distance_lower_bound(query.a);
-    if (!(least > query.reach)) return false;
+    if (!(least > query.contact_range)) return false;
     this->record_lower_bound(query, least);
     return true;
   }
@@ -151,7 +151,7 @@ struct FindContact : ContactQuery<R> {
         return surface.within(query.radius, surface.template nearest<Isa>(query.a, query.cell), query.a);
     }
     const ClosestPoint near = mesh_surface->closest(query.a, query.radius, static_cast<int>(query.last.triangle));
-    if (stays && near.found && near.distance <= query.reach && query.last.triangle < 0)
+    if (stays && near.found && near.distance <= query.contact_range && query.last.triangle < 0)
       query.cell = mesh_surface->make_cell(query.a);
     return near;
   }

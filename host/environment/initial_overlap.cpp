@@ -87,10 +87,10 @@ class InitialOverlaps {
 
  private:
   void check(std::size_t b, const std::vector<int>& all) {
-    std::vector<int> free_particles;
+    std::vector<int> movable_particles;
     for (const int i : all)
-      if (!held_[i]) free_particles.push_back(i);
-    const bool movable = free_particles.size() == all.size();
+      if (!held_[i]) movable_particles.push_back(i);
+    const bool movable = movable_particles.size() == all.size();
     Vec3 moved{};
     std::string from;
     std::vector<std::string> notes;
@@ -98,7 +98,7 @@ class InitialOverlaps {
       bool inside = false;
       notes.clear();
       for (std::size_t s = 0; s < solids_.size(); ++s) {
-        const Inside found = solids_[s].find(model_.x, free_particles);
+        const Inside found = solids_[s].find(model_.x, movable_particles);
         if (found.deepest < 0) continue;
         if (found.depth <= solids_[s].spec().thickness && !(movable && solids_[s].spec().push_out)) {
           if (found.depth > kNegligibleDepth * solids_[s].spec().thickness)
@@ -183,9 +183,9 @@ class Sheet {
   /// (find_contact.h).
   void check(int i, const Vec3& x, const Vec3& v) {
     const Point a = local(x);
-    const double reach = 2 * spec_.thickness + substep_ * std::hypot(v[0], v[1], v[2]);
-    if (surface_.box_distance(a) > reach) return;
-    const ClosestPoint near = surface_.closest(a, surface_.diagonal() + reach, near_);
+    const double contact_range = 2 * spec_.thickness + substep_ * std::hypot(v[0], v[1], v[2]);
+    if (surface_.box_distance(a) > contact_range) return;
+    const ClosestPoint near = surface_.closest(a, surface_.diagonal() + contact_range, near_);
     if (!near.found) return;
     near_ = near.triangle;  // a hint for the next particle, a neighbour
     if (!near.boundary && dot(near.normal, a - near.q) < 0) add(i, near.distance);

@@ -14,7 +14,7 @@ void note_starts_behind(Model& model);
 inline constexpr double kNegligibleDepth =
     0.01;  // of the thickness: a smaller depth inside or behind a surface is ignored
 
-/// Throws InputError if a free particle of a body starts deeper in a solid than the solid's thickness. If the solid
+/// Throws InputError if a movable particle of a body starts deeper in a solid than the solid's thickness. If the solid
 /// says push_out, the whole body is moved out instead, rigidly and without velocity, and model.notes says by how much;
 /// this also throws for a body with pins, one for which no way out is found, and one that then intersects another body.
 /// A body that is inside by less stays so, with a note.

@@ -35,7 +35,7 @@ struct TriangleOctree::Cube {
     const double h = half / 2;
     return {centre + Vector3<double>{which & 1 ? h : -h, which & 2 ? h : -h, which & 4 ? h : -h}, h};
   }
-  double reach() const { return std::sqrt(3.0) * half; }
+  double radius() const { return std::sqrt(3.0) * half; }
 
   /// Distances of a triangle from the corners of the cube.
   Corners distances(const OctreeView& mesh, int triangle) const {
@@ -162,7 +162,7 @@ std::vector<int> TriangleOctree::candidates_for(const Cube& cube) const {
   const Vector3<double>& p = cube.centre;
   std::vector<std::pair<double, int>> found_triangles;
   double nearest = 8 * mesh_.half;
-  const double more = 2 * cube.reach() + rounding_, slack = skin_ + 1e-6 * norm(p);
+  const double more = 2 * cube.radius() + rounding_, slack = skin_ + 1e-6 * norm(p);
   point_query(scene_, {float(p.x), float(p.y), float(p.z)}, float(nearest + more + slack), [&](int t) {
     const double least = distance(p, t) - error_[t];
     nearest = std::min(nearest, least + 2 * error_[t]);
@@ -213,7 +213,7 @@ int TriangleOctree::make(int parent, const Cube& cube, const OctreeKey& path) {
   std::vector<Candidate> all;
   for (int k = 0; k < count; ++k) {
     const double least = found[k].distance - margin(list[k]);
-    if (least - cube.reach() > farthest) continue;
+    if (least - cube.radius() > farthest) continue;
     Candidate candidate{list[k], found[k].distance, {}};
     if (found[k].distance > cube.half / 8) {  // nearer the slope is not reliable
       const Vector3<double> slope = found[k].d * (cube.half / found[k].distance);

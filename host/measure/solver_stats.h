@@ -76,26 +76,27 @@ struct UserConstraintStats {
 };
 
 struct ContactStats {
-  long long looks = 0;                        // narrow-phase queries since the start
-  long long queries = 0;                      // of all triangles of a mesh among them, by Embree
-  int near = 0;                               // particles near a surface now, once for each mesh
-  std::size_t near_bytes = 0, far_bytes = 0;  // of what is remembered of them, and of all others
+  long long closest_point_queries = 0;  // since the start, that the broad phase did not rule out
+  long long full_queries = 0;  // of these, queries of all triangles of a mesh, by Embree; lists answer the others
+  int near = 0;                // particles near a surface now, counted once for each mesh
+  std::size_t near_bytes = 0, far_bytes = 0;  // of the contact cache: of near particles, and of all others
   std::size_t cell_bytes = 0;                 // of the meshes' lists of near triangles
 };
 
 struct EdgeStats {
   int edges = 0, corners = 0;   // of the environment, that can touch
-  std::int64_t candidates = 0;  // pairs that may come near in the next substeps
-  std::int64_t pairs = 0;       // that may in this one
-  std::int64_t searches = 0;    // for pairs, at times more than one in a substep
-  std::int64_t laid_again =
-      0;                  // substeps in which contacts were detected twice, because constraints moved particles far
-  std::int64_t held = 0;  // in which something would have crossed
+  std::int64_t candidates = 0;  // pairs that may come near in the next substeps, by the last broad phase
+  std::int64_t pairs = 0;       // of these, pairs that may come near in this substep
+  std::int64_t searches = 0;    // broad phases; there may be more than one in a substep
+  // Substeps in which contacts were detected twice, because constraints moved particles farther than predicted.
+  std::int64_t substeps_redetected = 0;
+  std::int64_t substeps_truncated = 0;  // in which displacements were truncated, because primitives would intersect
   std::size_t bytes = 0;
 
   EdgeStats& operator+=(const EdgeStats& o) {
     edges += o.edges, corners += o.corners, candidates += o.candidates, pairs += o.pairs;
-    searches += o.searches, laid_again += o.laid_again, held += o.held, bytes += o.bytes;
+    searches += o.searches, substeps_redetected += o.substeps_redetected, substeps_truncated += o.substeps_truncated,
+        bytes += o.bytes;
     return *this;
   }
 };
@@ -103,13 +104,14 @@ struct EdgeStats {
 /// Statistics of self-collision.
 struct SelfStats {
   int particles = 0, edges = 0, triangles = 0;
-  std::int64_t crossings = 0;       // at the start
-  std::int64_t searches = 0;        // for pairs, at times more than one in a substep
-  std::int64_t held = 0;            // substeps in which something would have crossed
-  std::int64_t driven_through = 0;  // substeps in which bodies could not get out of the way of pins or objects
-  std::int64_t candidates = 0;      // of the last search
-  std::int64_t pairs = 0;           // and found
-  int colours = 0;                  // patches of a colour share no particle
+  std::int64_t crossings = 0;           // at the start
+  std::int64_t searches = 0;            // broad phases; there may be more than one in a substep
+  std::int64_t substeps_truncated = 0;  // in which displacements were truncated, because primitives would intersect
+  std::int64_t substeps_kinematic_penetration =
+      0;                        // in which pins or objects may have gone through bodies that could not give way
+  std::int64_t candidates = 0;  // pairs that the last broad phase tested
+  std::int64_t pairs = 0;       // pairs that it found
+  int colours = 0;              // patches of a colour share no particle
 };
 
 struct FilterStats {

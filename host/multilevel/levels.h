@@ -46,7 +46,7 @@ class Levels {
   }
 
   /// The coarse correction that a predicting solve of the finest level adds.
-  ProlongationView<R> prolongation() const { return of(prolongation_, levels_.front()); }
+  ProlongationView<R> prolongation() const { return prolongation_view(prolongation_, levels_.front()); }
   /// Target of the restriction of the next prediction by the last solves of the finest level.
   RestrictionTarget<R> restriction() const {
     RestrictionTarget<R> target = target_of(levels_.front());
@@ -64,33 +64,33 @@ class Levels {
     const Particles<R>& all = solve.particles;
     restrict_to(team, finest, {all.p, all.v, all.w, origins_.points(), solve.dt, solve.gravity}, levels_.front());
   }
-  /// Adds the partial sums after solves that restricted.
+  /// Adds the partial sums that the patches stored, after solves that restricted.
   template <class Team>
-  void join_parts(const Team& team) const {
-    join_parts(team, levels_.front());
+  void add_partial_sums(const Team& team) const {
+    add_partial_sums(team, levels_.front());
   }
 
-  /// Restricts to the coarser levels, and sweeps all levels, the coarsest first.
+  /// Restricts the particles level by level to the coarsest, then sweeps all levels, the coarsest first.
   template <class Team>
   void sweep(const Team& team) const {
     LapTimer lap(is_leader(team) ? &seconds_ : nullptr);
     for (std::size_t l = 1; l < levels_.size(); ++l) {
       const LevelData& finer = levels_[l - 1];
-      restrict_to(team, finer.sweep, {finer.arrives(), {}, finer.w.data(), {}, R(0), {}}, levels_[l]);
+      restrict_to(team, finer.sweep, {finer.restricted(), {}, finer.w.data(), {}, R(0), {}}, levels_[l]);
       lap(l);
     }
     for (std::size_t l = levels_.size(); l-- > 0;) {
       const LevelData& own = levels_[l];
       SolveCoarsePatch<R> solve{};
       own.sweep.fill(solve);
-      solve.x = own.x.points(), solve.arrival = own.arrival.points(), solve.d = own.d.points();
+      solve.x = own.x.points(), solve.restricted_d = own.restricted_d.points(), solve.d = own.d.points();
       solve.w = own.w.data();
       if (own.columns)
         solve.delta = own.delta.points();
       else
         solve.delta_rows = own.delta_rows.points();
       solve.rank = own.rank.data();
-      if (l + 1 < levels_.size()) solve.prolongation = of(own.prolongation, levels_[l + 1]);
+      if (l + 1 < levels_.size()) solve.prolongation = prolongation_view(own.prolongation, levels_[l + 1]);
       own.sweep(team, solve);
       lap(l);
     }
@@ -104,7 +104,8 @@ class Levels {
     restrict_to(team, finest, {all.p, {}, all.w, origins_.points(), R(0), {}}, levels_.front());
     sweep(team);
     const TransferOperator& transfer = unfused_prolongation_.bytes() > 0 ? unfused_prolongation_ : prolongation_;
-    parallel_groups(team, 0, transfer.pieces(), {}, Prolongate<R>{of(transfer, levels_.front()), all.p.d});
+    parallel_groups(team, 0, transfer.pieces(), {},
+                    Prolongate<R>{prolongation_view(transfer, levels_.front()), all.p.d});
   }
 
   std::vector<LevelStats> facts() const {
@@ -161,14 +162,14 @@ class Levels {
 
   struct LevelData {
     Sweep<Executor, R, KindList<Coarse>> sweep;
-    PointArray<Executor, R> x, arrival;  // and partial sums behind the particles
+    PointArray<Executor, R> x, restricted_d;  // of the particles; behind them the partial sums of restriction
     PointArray<Executor, R> d;
     PointArray<Executor, R> delta;
     ScatteredArray<Executor, R> delta_rows;  // only one of delta and delta_rows is used
     Array<Executor, R> w;
-    Array<Executor, int> place, rank;            // of each mean; of each particle
+    Array<Executor, int> place, rank;            // place: particle of each mean; rank: mean of each particle
     TransferOperator restriction, prolongation;  // prolongation: from the next coarser level
-    Array<Executor, int> joined, parts;
+    Array<Executor, int> summed, parts;
     bool columns;
 
     LevelData(const Executor& executor, const Level& level, const MeanParts& means, bool in_columns, int threads)
@@ -184,33 +185,33 @@ class Levels {
       for (std::size_t i = 0; i < n; ++i) ranks[level.particle[i]] = static_cast<int>(i);
       for (const int mean : means.mean) at.push_back(level.particle[mean]);
       std::vector<R> inverse(level.model.w.begin(), level.model.w.end());
-      inverse.resize(n + kSlotPack);  // a pack that starts at the last particle stays inside
-      x = PointArray<Executor, R>(places), arrival = PointArray<Executor, R>(places.size());
+      inverse.resize(n + kSlotPack);  // so that a pack that starts at the last particle reads inside the array
+      x = PointArray<Executor, R>(places), restricted_d = PointArray<Executor, R>(places.size());
       if (columns)
         delta = PointArray<Executor, R>(n);
       else
         delta_rows = ScatteredArray<Executor, R>(n);
       w = Array<Executor, R>(inverse);
-      place = Array<Executor, int>(all), rank = Array<Executor, int>(ranks), joined = Array<Executor, int>(at);
+      place = Array<Executor, int>(all), rank = Array<Executor, int>(ranks), summed = Array<Executor, int>(at);
     }
-    Displaced<R> arrives() const { return {x.points(), arrival.points(), {}}; }
+    Displaced<R> restricted() const { return {x.points(), restricted_d.points(), {}}; }
     std::size_t bytes() const {
-      std::size_t sum = x.bytes() + arrival.bytes() + d.bytes() + delta.bytes() + delta_rows.bytes() + w.bytes() +
-                        place.bytes() + rank.bytes() + restriction.bytes() + prolongation.bytes() + joined.bytes() +
+      std::size_t sum = x.bytes() + restricted_d.bytes() + d.bytes() + delta.bytes() + delta_rows.bytes() + w.bytes() +
+                        place.bytes() + rank.bytes() + restriction.bytes() + prolongation.bytes() + summed.bytes() +
                         parts.bytes() + sweep.facts().bytes;
       for (const SetStats& set : sweep.set_facts()) sum += set.bytes;
       return sum;
     }
   };
 
-  static ProlongationView<R> of(const TransferOperator& prolongation, const LevelData& level) {
+  static ProlongationView<R> prolongation_view(const TransferOperator& prolongation, const LevelData& level) {
     if (!level.columns) return {prolongation.view(), {}, {level.delta_rows.points().of, nullptr}};
     const Points<R> delta = level.delta.points();
     return {prolongation.view(), SoaView<R>{delta.x, delta.y, delta.z, nullptr, nullptr, nullptr, nullptr}, {}};
   }
 
   static RestrictionTarget<R> target_of(const LevelData& level) {
-    return {level.restriction.view(), level.place.data(), level.x.points(), level.arrival.points(), {}};
+    return {level.restriction.view(), level.place.data(), level.x.points(), level.restricted_d.points(), {}};
   }
 
   template <class Team, class Finer>
@@ -218,21 +219,21 @@ class Levels {
                           const LevelData& level) {
     Restrict<R> restrict_patches{nullptr, nullptr, particles, target_of(level)};
     finer.for_each_patch(team, restrict_patches);
-    join_parts(team, level);
+    add_partial_sums(team, level);
   }
   template <class Team>
-  static void join_parts(const Team& team, const LevelData& level) {
-    const SumPartialRestrictions<R> add{level.joined.data(), level.parts.data(), level.x.points(),
-                                        level.arrival.points()};
-    parallel_pieces(team, static_cast<int>(level.joined.size()), kPiece, add);
+  static void add_partial_sums(const Team& team, const LevelData& level) {
+    const SumPartialRestrictions<R> add{level.summed.data(), level.parts.data(), level.x.points(),
+                                        level.restricted_d.points()};
+    parallel_pieces(team, static_cast<int>(level.summed.size()), kPiece, add);
   }
 
   Array<Executor, int> islands_;
   PointArray<Executor, R> origins_;  // of each, in a step
   std::deque<LevelData> levels_;
   mutable std::vector<double> seconds_;    // of each
-  TransferOperator prolongation_;          // by patches, for fused solves; by pieces if none are fused
-  TransferOperator unfused_prolongation_;  // by pieces; empty unless both are prepared
+  TransferOperator prolongation_;          // to the finest level: by patches if solves are fused, otherwise by pieces
+  TransferOperator unfused_prolongation_;  // the same by pieces; empty unless both forms are prepared
 };
 
 }  // namespace malha

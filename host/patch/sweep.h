@@ -38,7 +38,7 @@ class Sweep {
     non_finite_ = Array<Executor, int>(plan.patches.size(), 0);
     // The memory of a thread is whole cache lines, and those of two threads do not map to the same set of a cache.
     const std::size_t numbers =
-        kNumbersPerParticle * std::size_t(plan.most_slots) + (stores_arrival(Kinds{}) ? plan.most_constraints : 0);
+        kNumbersPerParticle * std::size_t(plan.most_slots) + (stores_distance(Kinds{}) ? plan.most_constraints : 0);
     memory_bytes_ = (numbers * sizeof(R) / 128 + 1) * 128 + 64;
     memory_ = Array<Executor, char>(memory_bytes_ * threads, 0);
     prefetches_ = model.x.size() * 10 * sizeof(R) > kCache;
@@ -215,7 +215,7 @@ class Sweep {
     // With several iterations each needs the total that was applied (kMaxStartStep, kernels/projection/direction.h): a
     // compliance of 0 is the same as a stiffness of 1. Coarse constraints are swept once in a substep, whatever the
     // iterations.
-    const bool hard = iterations > 1 && !stores_arrival(KindList<Kind>{}) && set.stiffness == 1;
+    const bool hard = iterations > 1 && !stores_distance(KindList<Kind>{}) && set.stiffness == 1;
     return set.compliance || hard ? Update::Compliant : Update::Stiff;
   }
 
@@ -228,7 +228,7 @@ class Sweep {
       const int c = plan.constraint[slot];
       if (c < 0) return;
       double own[Kind::rest_values];
-      if constexpr (stores_arrival(KindList<Kind>()))
+      if constexpr (stores_distance(KindList<Kind>()))
         own[0] = set.rest[c];
       else
         rest_values<Kind>(model.x.data(), &set.particles[std::size_t(c) * set.arity], set.parameter, own);

@@ -258,8 +258,8 @@ std::string report_json(const std::string& status, const std::vector<std::string
                               {"triangles", self->triangles},
                               {"crossings_at_start", self->crossings},
                               {"searches", self->searches},
-                              {"substeps_truncated", self->held},
-                              {"substeps_kinematic_penetration", self->driven_through},
+                              {"substeps_truncated", self->substeps_truncated},
+                              {"substeps_kinematic_penetration", self->substeps_kinematic_penetration},
                               {"candidates", self->candidates},
                               {"pairs", self->pairs},
                               {"patch_colors", self->colours}};
@@ -270,8 +270,8 @@ std::string report_json(const std::string& status, const std::vector<std::string
                                  {"pairs", edges->pairs},
                                  {"bytes", edges->bytes},
                                  {"searches", edges->searches},
-                                 {"substeps_recollided", edges->laid_again},
-                                 {"substeps_truncated", edges->held}};
+                                 {"substeps_redetected", edges->substeps_redetected},
+                                 {"substeps_truncated", edges->substeps_truncated}};
   json["zero_area_faces_dropped"] = model.zero_area_faces;
   json["setup_s"] = by_name(setup_parts(model, facts));
   // Sums over some parts: everything before the solver, and the constraints' share of colour and layout.

@@ -171,8 +171,8 @@ std::string crossing_warning(const Simulation& simulation) {
 /// Returns a warning if kinematic particles may have passed through bodies; otherwise "".
 std::string kinematic_penetration_warning(const Simulation& simulation) {
   const auto& self = simulation.solver().facts().self;
-  if (!self || self->driven_through == 0) return "";
-  return "self-collision: in " + counted(self->driven_through, "substep") +
+  if (!self || self->substeps_kinematic_penetration == 0) return "";
+  return "self-collision: in " + counted(self->substeps_kinematic_penetration, "substep") +
          " pins or moving objects may have passed through a body that could not move out of their way; move them "
          "more slowly, or take more substeps";
 }

@@ -59,10 +59,10 @@ void apply_final_guards(Self& self, Edges& edges, EnvironmentCollider& collider,
   // space for all.
   kinematic->restore_displacements(all);
   run_in_turns(false);
-  // Meshes at rest never force anything through a body: at worst all free particles stay where the substep began, where
-  // nothing intersects.
+  // Meshes at rest never force anything through a body: at worst all movable particles stay where the substep began,
+  // where nothing intersects.
   if (!self->has_kinematic_penetration() || collider->moves()) return;
-  kinematic->reset_free_particles(all);
+  kinematic->reset_movable_particles(all);
   timed(Pass::SelfCollision, [&] { self->resolve_intersections(all, has_environment_contacts); });
 }
 

@@ -6,7 +6,7 @@
 
 #include "host/base/array.h"
 #include "host/base/point_array.h"
-#include "kernels/environment/edge_contact.h"
+#include "kernels/environment/edge_detection.h"
 #include "kernels/parallel/compute.h"
 
 namespace malha {
@@ -28,9 +28,9 @@ class KinematicParticles {
     parallel_for(executor_, particles.count, Copy{start_.points(), particles.p.d});
   }
 
-  /// Moves free particles back to where the substep began.
-  void reset_free_particles(const Particles<R>& particles) {
-    parallel_for(executor_, particles.count, ResetFreeParticles<R>{particles});
+  /// Moves movable particles back to where the substep began.
+  void reset_movable_particles(const Particles<R>& particles) {
+    parallel_for(executor_, particles.count, ResetMovableParticles<R>{particles});
   }
 
   /// Marks for a pass that moves particles with its objects, whose numbers count from `first`.

@@ -58,17 +58,18 @@ class PairSearch {
   /// Finds the pairs that the motions from x0 may bring near, in a frame that moves by `common` in this substep,
   /// `ahead` substeps ahead.
   void search(const Trajectories<R>& motions, const Vector3<R>& common, int ahead) {
-    parallel_for(executor_, particles_, InitSweptBounds<R>{motions, common, R(ahead), rules_, reach()}, kGrain);
+    parallel_for(executor_, particles_, InitSweptBounds<R>{motions, common, R(ahead), rules_, swept_bounds()}, kGrain);
     search_again();
   }
   /// Repeats the last search from its stored start; finds the same pairs.
   void search_again() {
-    parallel_for(executor_, particles_, ComputeSweptAabbs<R>{reach(), rules_.min_distance, boxes_.data()}, kGrain);
+    parallel_for(executor_, particles_, ComputeSweptAabbs<R>{swept_bounds(), rules_.min_distance, boxes_.data()},
+                 kGrain);
     refit_clusters();
     find();
     order();
   }
-  SweptBounds<R> reach() const { return {from_.data(), way_.data(), rest_.data()}; }
+  SweptBounds<R> swept_bounds() const { return {from_.data(), way_.data(), rest_.data()}; }
   Pairs<R> pairs() const {
     return {patches_.data(), blocks_.data(), bits_.data(), patch_particles_.data(), kIndexScale<R> * particles_};
   }
@@ -101,7 +102,8 @@ class PairSearch {
     });
   }
 
-  /// Sets where bodies intersect: searches leave out pairs that have such a particle on both sides. Empty: nowhere.
+  /// Sets the particles where bodies intersect: searches leave out pairs that have such a particle on both sides. An
+  /// empty list: no bodies intersect.
   void exclude(const std::vector<CrossingBodies>& crosses) { crosses_ = Array<Executor, CrossingBodies>(crosses); }
 
   const CrossingBodies* crosses() const { return crosses_.data(); }
@@ -188,7 +190,8 @@ class PairSearch {
     do {
       index_memory_.reserve(particles_, threads, patch_particles_.size());
       const typename PairIndexMemory<Executor>::template Find<R> find{
-          {clusters_, reach(), thickness_, has_wire_edges_, crosses_.data(), pairs()}, index_memory_.index_map()};
+          {clusters_, swept_bounds(), thickness_, has_wire_edges_, crosses_.data(), pairs()},
+          index_memory_.index_map()};
       parallel_region(executor_, threads, [&](const auto& team) {
         parallel_for_interleaved(team, clusters_.count, find, index_memory_.template memory<R>());
       });

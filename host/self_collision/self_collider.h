@@ -32,7 +32,7 @@ class SelfCollider {
  public:
   SelfCollider(const Executor& executor, const Model& model);
 
-  /// Contacts are found with the first projection of a substep, when the predicted positions are known.
+  /// Starts a substep. Contacts are detected in its first projection, when the predicted positions are known.
   void start_substep() {
     contacts_valid_ = false, cached_contact_count_ = -1, correction_ = MomentumCorrection::None;
     can_project_ = true, pushes_left_ = kMaxPushes, kinematic_moves_left_ = kMaxKinematicMoves;
@@ -83,7 +83,7 @@ class SelfCollider {
     overlaps_ = true;
   }
 
-  /// Contacts that pushed in the last substep.
+  /// Number of contacts that pushed in the last substep.
   int contacts() const;
 
   const SelfSurface& surface() const { return surface_; }
@@ -130,15 +130,15 @@ class SelfCollider {
   }
 
   Vector3<R> origin() const { return to_R(memory_.origin); }
-  /// `first_particle_` may be so far from the origin, m.
-  double reach_of_origin() const {
+  /// Largest distance (m) of `first_particle_` from the origin before the origin is moved.
+  double max_distance_from_origin() const {
     return kNearOrigin * kRounding * double(rules_.least) / std::numeric_limits<R>::epsilon();
   }
   /// The previous origin, or `first` if that is too far from it. Types without a low part of positions keep origin 0.
   Vec3 origin_near(const Vec3& first, const Vec3& before) const {
     const Vec3 way = minus(first, before);
     const double apart = std::max({std::abs(way[0]), std::abs(way[1]), std::abs(way[2])});
-    if (!kCompensated<R> || !(apart > reach_of_origin()) || !(apart < double(std::numeric_limits<R>::max())))
+    if (!kCompensated<R> || !(apart > max_distance_from_origin()) || !(apart < double(std::numeric_limits<R>::max())))
       return before;
     return {double(R(first[0])), double(R(first[1])), double(R(first[2]))};
   }
@@ -167,7 +167,7 @@ class SelfCollider {
   /// `moves`, `rest_motion`: see CheckSweptBounds.
   CheckSweptBounds<R> bounds_check(double share, const Vector3<R>* moves = nullptr,
                                    const Vec3& rest_motion = {}) const {
-    return {motions(), search_.reach(), frame(), moves, R(share), takes_part_.data(), to_R(rest_motion)};
+    return {motions(), search_.swept_bounds(), frame(), moves, R(share), takes_part_.data(), to_R(rest_motion)};
   }
   /// Common motion of all particles, m.
   static Vec3 common(const MeanMotion& mean) {
@@ -358,7 +358,8 @@ class SelfCollider {
 
   void clamp_to_bounds(const Particles<R>& particles) {
     parallel_for(executor_, count_,
-                 ClampToSweptBounds<R>{motions(), search_.reach(), frame(), particles.p, takes_part_.data()}, kGrain);
+                 ClampToSweptBounds<R>{motions(), search_.swept_bounds(), frame(), particles.p, takes_part_.data()},
+                 kGrain);
   }
 
   /// Number of pairs that would intersect and that truncation can still resolve.
@@ -371,18 +372,19 @@ class SelfCollider {
         FindViolations<R>{motions(), search_.pairs(), rules_, closable_gap_.data(), adds, states, violations_.data()});
   }
   int count_resolvable(const ViolationCount& left) {
-    kinematic_penetration_ = kinematic_penetration_ || left.fixed > 0;
-    return left.free;
+    kinematic_penetration_ = kinematic_penetration_ || left.immovable > 0;
+    return left.resolvable;
   }
   ViolationCount sum_violations() const {
     return parallel_reduce<ViolationCount>(executor_, search_.clusters(),
                                            SumViolations<R>{search_.pairs(), violations_.data()});
   }
 
-  /// `left`: pairs that would intersect, if all particles are in their boxes. `owners`: null where nothing is fixed.
-  /// `free`: nothing outside the bodies acts on them by contact.
+  /// Resolves the intersections that remain. `left`: number of pairs that would intersect, if all particles are in
+  /// their boxes. `owners`: null if no particle is fixed. `isolated`: no particle is fixed and none touches the
+  /// environment, so that the bodies must keep their momenta.
   void resolve_violations(const Particles<R>& particles, const BoundsViolations& stay, int left,
-                          const KinematicOwners* owners, bool free) {
+                          const KinematicOwners* owners, bool isolated) {
     if (stay.outside > 0) clamp_to_bounds(particles), left = count_violations(can_project_, nullptr);
     // Only the first call of a substep projects: after pushes and moves it hardly ever helps.
     for (int more = 0; left > 0 && can_project_ && more < kMoreProjections; ++more) {
@@ -401,10 +403,10 @@ class SelfCollider {
                move_with_kinematic(particles, *owners));
       kinematic_penetration_ = kinematic_penetration_ || left > 0;
     } else {
-      any = truncate_displacements(particles, free);
+      any = truncate_displacements(particles, isolated);
     }
-    if (any) ++facts_.held;
-    Memory<Executor>::fill(states_.at_least(count_ + 1), count_ + 1, MotionState::Free);
+    if (any) ++facts_.substeps_truncated;
+    Memory<Executor>::fill(states_.at_least(count_ + 1), count_ + 1, MotionState::Unchanged);
   }
 
   /// Pushes particles that kinematic ones would penetrate ahead of these. Returns whether any kinematic particle moves.
@@ -423,7 +425,7 @@ class SelfCollider {
   bool move_with_kinematic(const Particles<R>& particles, const KinematicOwners& owners) {
     const MoveWithKinematic<R> move{motions(), search_.pairs(), owners, violations_.data(), states_.data()};
     search_.region([&](const auto& team) { search_.in_colours(team, move); });
-    if (sum_violations().free == 0) return false;
+    if (sum_violations().resolvable == 0) return false;
     apply_motion(particles);
     return true;
   }
@@ -438,17 +440,17 @@ class SelfCollider {
     narrow_phase();
   }
 
-  /// Returns whether any displacement was truncated. `free`: truncated particles move with the mean motion of their
+  /// Returns whether any displacement was truncated. `isolated`: truncated particles move with the mean motion of their
   /// bodies; otherwise they are at rest in the world.
-  bool truncate_displacements(const Particles<R>& particles, bool free) {
+  bool truncate_displacements(const Particles<R>& particles, bool isolated) {
     MotionState* const states = states_.at_least(count_ + 1);
     R* const fraction = fraction_.at_least(count_ + 1);
     Vec3 rest_motion{};
-    if (free && count_violations(false, states) > 0) {
+    if (isolated && count_violations(false, states) > 0) {
       const MarkViolating<R> mark{motions(), search_.pairs(), violations_.data(), states, fraction};
       search_.region([&](const auto& team) { search_.in_colours(team, mark); });
       rest_motion = motion_of_truncated();
-      Memory<Executor>::fill(states, count_ + 1, MotionState::Free);
+      Memory<Executor>::fill(states, count_ + 1, MotionState::Unchanged);
     }
     // A truncated position may lie outside of a box that moves with the common motion. Then search along the paths of
     // this substep.
@@ -548,10 +550,10 @@ bool SelfCollider<Executor, R>::resolve_intersections(const Particles<R>& partic
   }
   if (stay.outside == 0 && left == 0) return false;
   const CountFixed<R> fixed{particles.w, takes_part_.data()};
-  const bool free = parallel_reduce<Sum>(executor_, count_, fixed, kGrain).value == 0;
+  const bool any_fixed = parallel_reduce<Sum>(executor_, count_, fixed, kGrain).value != 0;
   save_motion(particles);
-  if (!free || has_environment_contacts()) correction_ = MomentumCorrection::CapSpeed;
-  resolve_violations(particles, stay, left, free ? nullptr : &owners, correction_ == MomentumCorrection::Restore);
+  if (any_fixed || has_environment_contacts()) correction_ = MomentumCorrection::CapSpeed;
+  resolve_violations(particles, stay, left, any_fixed ? &owners : nullptr, correction_ == MomentumCorrection::Restore);
   return true;
 }
 
@@ -561,7 +563,7 @@ void SelfCollider<Executor, R>::end_substep(const Particles<R>& particles, doubl
   store_start_positions(particles);
   substep_ = substep_ + 1 < substeps_ ? substep_ + 1 : 0;
   if (substep_ == 0) update_origin(particles);
-  if (kinematic_penetration_) ++memory_.driven_through;
+  if (kinematic_penetration_) ++memory_.substeps_kinematic_penetration;
   kinematic_penetration_ = false;
 }
 
@@ -573,7 +575,7 @@ int SelfCollider<Executor, R>::contacts() const {
 template <class Executor, class R>
 SelfStats SelfCollider<Executor, R>::facts() const {
   SelfStats facts = facts_;
-  facts.driven_through = memory_.driven_through;
+  facts.substeps_kinematic_penetration = memory_.substeps_kinematic_penetration;
   facts.candidates = search_.candidates(), facts.pairs = search_.found(), facts.colours = search_.colours();
   return facts;
 }

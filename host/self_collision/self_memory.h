@@ -17,7 +17,8 @@ struct SearchMemory {
   std::int32_t valid = 0;             // 1 if the last search is still valid
   std::int32_t age = 1, horizon = 1;  // substeps that it has served, and substeps that searches look ahead
   std::int32_t crosses = 0;           // 1 if intersections of the start persist
-  std::int64_t driven_through = 0;    // substeps in which kinematic particles may have gone through bodies
+  std::int64_t substeps_kinematic_penetration =
+      0;  // substeps in which kinematic particles may have gone through bodies
 };
 
 template <class R>
@@ -35,7 +36,8 @@ template <class R>
 SelfMemory<R> unsearched(std::vector<std::array<R, 3>> x0, const SearchMemory& before = {}) {
   const std::size_t n = x0.size();
   SearchMemory search;
-  search.origin = before.origin, search.crosses = before.crosses, search.driven_through = before.driven_through;
+  search.origin = before.origin, search.crosses = before.crosses,
+  search.substeps_kinematic_penetration = before.substeps_kinematic_penetration;
   return {
       std::move(x0), std::vector<std::array<R, 4>>(n), std::vector<std::array<R, 3>>(n), std::vector<R>(n), {search}};
 }

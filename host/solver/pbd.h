@@ -188,7 +188,7 @@ class Pbd final : public TimeStepper<Executor, R> {
             if (limits_speed && solve.updates) sweep_->set_speed_limit(speed, solve);
             (*sweep_)(team, solve);
           }
-          if (next) next->join_parts(team);
+          if (next) next->add_partial_sums(team);
           if (!limits_speed || !sweep_->speed_exceeded(s + 1)) continue;
           if (is_leader(team)) done = s + 1;
           return;

@@ -28,7 +28,7 @@ template <class R>
 struct State {
   std::int64_t steps = 0;
   std::vector<std::array<R, 3>> x, v;
-  ContactMemory seen{};                 // empty without environment
+  ContactMemory contact_cache{};        // empty without environment
   std::vector<std::int64_t> rest{};     // of sleep; empty without it
   SelfMemory<R> self{};                 // empty without self-collision
   EdgeMemory<R> edges{};                // empty without edges of the environment
@@ -71,7 +71,7 @@ const char* take(const char* from, std::size_t count, std::vector<T>& values) {
 
 }  // namespace detail
 
-/// Serialises a state. `contacts`: used in place of state.seen, with the same interface.
+/// Serialises a state. `contacts`: used in place of state.contact_cache, with the same interface.
 template <class R, class Contacts>
 std::string save_state(const State<R>& state, const Contacts& contacts) {
   std::string bytes;
@@ -97,7 +97,7 @@ std::string save_state(const State<R>& state, const Contacts& contacts) {
 }
 template <class R>
 std::string save_state(const State<R>& state) {
-  return save_state(state, state.seen);
+  return save_state(state, state.contact_cache);
 }
 
 /// Sizes of a state; `meshes`: number of environment meshes.
@@ -121,13 +121,14 @@ inline void check_search(const SearchMemory& search, const std::string& file) {
   check("search that serves", search.valid, 0, 1), check("bodies that cross", search.crosses, 0, 1);
   check("substeps ahead of a search", search.horizon, 1, most);
   check("substeps of a search", search.age, 1, std::numeric_limits<int>::max());
-  if (search.driven_through < 0)
-    refuse(file, "substeps driven through", std::to_string(search.driven_through), "at least 0");
+  if (search.substeps_kinematic_penetration < 0)
+    refuse(file, "substeps with kinematic penetration", std::to_string(search.substeps_kinematic_penetration),
+           "at least 0");
 }
 
 /// Checks contacts. `pairs`: number of pairs of particle and mesh. `triangles`: number of each mesh; empty: not
 /// checked.
-inline void check_contacts(const ContactMemory& seen, std::int64_t pairs, std::int64_t particles,
+inline void check_contacts(const ContactMemory& cache, std::int64_t pairs, std::int64_t particles,
                            const std::vector<int>& triangles, const std::string& file) {
   constexpr double most = std::numeric_limits<float>::max();  // places are kept in float too
   const auto require_numbers = [&](bool numbers) {
@@ -136,14 +137,14 @@ inline void check_contacts(const ContactMemory& seen, std::int64_t pairs, std::i
   const auto is_place = [](const auto& a) {
     return std::abs(double(a.x)) <= most && std::abs(double(a.y)) <= most && std::abs(double(a.z)) <= most;
   };
-  for (const GroupBox& box : seen.boxes) {
+  for (const GroupBox& box : cache.boxes) {
     const Vector3<float>& half = box.half;
     require_numbers(box.has_entries() || (is_place(box.centre) && is_place(half) && half.x >= 0 && half.y >= 0 &&
                                           half.z >= 0 && !std::isnan(box.distance)));
   }
-  for (const CacheEntry& a : seen.entries) require_numbers(is_place(a));
+  for (const CacheEntry& a : cache.entries) require_numbers(is_place(a));
   std::int64_t least = 0;
-  for (const auto& [pair, last] : seen.near) {
+  for (const auto& [pair, last] : cache.near) {
     if (pair < least || pair >= pairs)
       refuse(file, "contacts", "pair " + std::to_string(pair),
              std::to_string(least) + " to " + std::to_string(pairs - 1));
@@ -199,7 +200,7 @@ void check_state(const State<R>& state, const std::vector<int>& triangles, std::
              "at most the " + std::to_string(state.steps) + " steps that were done");
   }
   const std::int64_t particles = std::ssize(state.x);
-  check_contacts(state.seen, meshes * particles, particles, triangles, file);
+  check_contacts(state.contact_cache, meshes * particles, particles, triangles, file);
 }
 
 }  // namespace detail
@@ -227,9 +228,9 @@ State<R> load_state(const std::string& bytes, const StateSizes& sizes, const std
   const auto box_count = static_cast<std::size_t>(counts[0]), near = static_cast<std::size_t>(counts[1]);
   std::size_t places = 0;
   if (const std::size_t at = counts_at + two; box_count > 0 && bytes.size() >= at + box_count * sizeof(GroupBox)) {
-    detail::take(bytes.data() + at, box_count, state.seen.boxes);
+    detail::take(bytes.data() + at, box_count, state.contact_cache.boxes);
     for (std::size_t mesh = 0; mesh < sizes.meshes; ++mesh)
-      places += count_entries(state.seen.boxes.data() + mesh * words, sizes.particles);
+      places += count_entries(state.contact_cache.boxes.data() + mesh * words, sizes.particles);
   }
   const std::size_t expected =
       counts_at + two + 11 * sizes.searched * sizeof(R) + box_count * sizeof(GroupBox) + places * sizeof(CacheEntry) +
@@ -243,9 +244,9 @@ State<R> load_state(const std::string& bytes, const StateSizes& sizes, const std
   from = detail::take(from, sizes.particles, state.x);
   from = detail::take(from, sizes.particles, state.v);
   from = detail::take(from, carries, state.low);
-  from = detail::take(from + two, box_count, state.seen.boxes);
-  from = detail::take(from, places, state.seen.entries);
-  from = detail::take(from, near, state.seen.near);
+  from = detail::take(from + two, box_count, state.contact_cache.boxes);
+  from = detail::take(from, places, state.contact_cache.entries);
+  from = detail::take(from, near, state.contact_cache.near);
   from = detail::take(from, sizes.rest, state.rest);
   from = detail::take(from, sizes.searched, state.self.x0);
   from = detail::take(from, sizes.searched, state.self.from);
@@ -308,7 +309,7 @@ State<R> remapped(const State<R>& before, const std::vector<int>& from) {
   }
   if (!before.self.search.empty()) state.self = unsearched(std::move(state.self.x0), before.self.search[0]);
   state.edges = unsearched_edges<R>(before.edges.valid.size(), state.edges.x0);
-  state.seen = remapped(before.seen, before.x.size(), from);
+  state.contact_cache = remapped(before.contact_cache, before.x.size(), from);
   return state;
 }
 

@@ -90,17 +90,18 @@ struct BoxEntry {
   }
 };
 
-/// Sets the bits of the particles that need a query; conservative, in float. `reach` < 0: particles whose path from x
-/// to p may leave the empty ball around their last query; otherwise particles whose path may come nearer to the surface
-/// than `reach` (m). Groups that are far away as a whole are ruled out by their boxes. A group that has left its box or
-/// was never queried, is far from the mesh and has no pinned particle, gets a box around its present positions.
+/// Sets the bits of the particles that need a query; conservative, in float. `contact_range` < 0: particles whose path
+/// from x to p may leave the empty ball around their last query; otherwise particles whose path may come nearer to the
+/// surface than `contact_range` (m). Groups that are far away as a whole are ruled out by their boxes. A group that has
+/// left its box or was never queried, is far from the mesh and has no pinned particle, gets a box around its present
+/// positions.
 template <class R>
 struct BroadPhaseTest {
   Particles<R> particles;
   ContactCacheView<R> cache;
   FloatPose before, after;
   FloatBox mesh;
-  float reach;
+  float contact_range;
   bool add;  // to the bits that are set
   unsigned long long* bits;
 
@@ -120,14 +121,14 @@ struct BroadPhaseTest {
     } else if (box.distance == 0 && refit_box<S>(box, first, n)) {
       return;
     }
-    const unsigned long long in_reach = entries ? particles_in_reach<S>(ParticleEntries{entries}, first, n)
-                                                : particles_in_reach<S>(BoxEntry(box), first, n);
-    if (in_reach == 0 && box.should_refit() && reach >= 0) {
+    const unsigned long long in_range = entries ? particles_in_range<S>(ParticleEntries{entries}, first, n)
+                                                : particles_in_range<S>(BoxEntry(box), first, n);
+    if (in_range == 0 && box.should_refit() && contact_range >= 0) {
       box.note_refit();
       if (!entries->has_slots(n) && (refit_box<S>(box, first, n) || use_point_box(box, *entries, n)))
         cache.free_entries(group.index);
     }
-    bits[group.index] = previous | in_reach;
+    bits[group.index] = previous | in_range;
   }
 
  private:
@@ -144,7 +145,7 @@ struct BroadPhaseTest {
     return bits;
   }
   template <class S, class Entries>
-  KERNEL unsigned long long particles_in_reach(const Entries& entries, int first, int n) const {
+  KERNEL unsigned long long particles_in_range(const Entries& entries, int first, int n) const {
     constexpr int lanes = int(sizeof(S) / sizeof(float));
     float over[kGroupSize];
     int k = 0;
@@ -200,7 +201,7 @@ struct BroadPhaseTest {
     if (!(total.sum < INFINITY)) return false;
     const float offset = sqrt(total.offset2), path = sqrt(total.way);
     const float slack = 1e-5f * (l1_norm(box.centre) + l1_norm(box.half) + offset + path + frame_offset());
-    return (reach < 0 ? offset : offset + path + reach) + slack < box.distance;
+    return (contact_range < 0 ? offset : offset + path + contact_range) + slack < box.distance;
   }
   /// Largest squared distance of particles from a box, and largest squared length of their paths. The sum is not finite
   /// if one of the paths is not.
@@ -212,7 +213,7 @@ struct BroadPhaseTest {
   KERNEL void add_path(PathBounds<S>& bounds, const GroupBox& box, int i) const {
     const Vector3<S> a = before.to_local(load_floats<S>(particles.x, i));
     const Vector3<S> b = after.to_local(load_floats<S>(particles.p, i)), way = b - a;
-    const Vector3<S> start = box.offset_from_box(a), end = reach < 0 ? box.offset_from_box(b) : start;
+    const Vector3<S> start = box.offset_from_box(a), end = contact_range < 0 ? box.offset_from_box(b) : start;
     const S length2 = dot(way, way);
     bounds.offset2 = max(bounds.offset2, max(dot(start, start), dot(end, end)));
     bounds.way = max(bounds.way, length2), bounds.sum = bounds.sum + length2;
@@ -230,11 +231,11 @@ struct BroadPhaseTest {
     const Vector3<S> start = load_floats<S>(particles.x, first + k), end = load_floats<S>(particles.p, first + k);
     const Vector3<S> a = before.to_local(start), b = after.to_local(end);
     const CacheEntryLanes<S> entry = entries.from(k, a);
-    const Vector3<S> moved = a - entry.at, way = reach < 0 ? b - entry.at : b - a;
+    const Vector3<S> moved = a - entry.at, way = contact_range < 0 ? b - entry.at : b - a;
     const S m = sqrt(dot(moved, moved)), l = sqrt(dot(way, way));
     // Covers some ten roundings of each coordinate.
     const S slack = (l1_norm(start) + l1_norm(end) + S(frame_offset())) * S(4e-6f);
-    return (reach < 0 ? max(m, l) : m + l + S(reach)) + slack - entry.distance;
+    return (contact_range < 0 ? max(m, l) : m + l + S(contact_range)) + slack - entry.distance;
   }
 };
 

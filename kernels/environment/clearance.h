@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Clearance of particles from environment meshes: lower bounds of their distances, and their speeds, which tell whether
-// they can move for a whole step without contact tests. Particles that turn out to be faster are clamped afterwards.
+// Clearance of particles from environment meshes: lower bounds of their distances, and their speeds. Both together tell
+// whether the particles can move for a whole step without contact tests. Particles that turn out to be faster are
+// clamped afterwards.
 #pragma once
 #include "kernels/environment/broad_phase.h"
 #include "kernels/simd/for_each_pack.h"
@@ -9,7 +10,7 @@ namespace malha {
 
 /// Clearance of a group of particles.
 struct Clearance {
-  float distance;  // m, lower bound of the distance beyond the contact reach of any mesh
+  float distance;  // m, lower bound of the distance to any mesh, less the range of its contacts
   float speed2;    // largest squared speed, m^2/s^2
 };
 
@@ -35,9 +36,9 @@ struct MeasureClearance {
   const R* w;
   int count;
   ContactCacheView<R> cache;
-  float reach;     // of contacts, m
-  float rounding;  // relative error of positions
-  bool first;      // whether this is the first mesh
+  float contact_range;  // m
+  float rounding;       // relative error of positions
+  bool first;           // whether this is the first mesh
   Clearance* clearance;
 
   template <class Group>
@@ -45,33 +46,33 @@ struct MeasureClearance {
     using Isa = typename Group::Isa;
     constexpr int lanes = kLanes<float, Isa>;
     Clearance& own = clearance[group.index];
-    PackMax<float, Isa> missing(first ? -INFINITY : -own.distance), speed2(first ? 0 : own.speed2);
+    PackMax<float, Isa> negative_distance(first ? -INFINITY : -own.distance), speed2(first ? 0 : own.speed2);
     const auto add_all = [&](const auto& entries) KERNEL_LAMBDA {
       const int begin = group.index * kGroupSize, n = count - begin < kGroupSize ? count - begin : kGroupSize;
       int k = 0;
-      for (; k + lanes <= n; k += lanes) add<Lane<float, Isa>>(entries, begin, k, missing, speed2);
-      for (; k < n; ++k) add<float>(entries, begin, k, missing, speed2);
+      for (; k + lanes <= n; k += lanes) add<Lane<float, Isa>>(entries, begin, k, negative_distance, speed2);
+      for (; k < n; ++k) add<float>(entries, begin, k, negative_distance, speed2);
     };
     const GroupEntries* const entries = cache.entries_of(group.index);
     entries ? add_all(ParticleEntries{entries}) : add_all(BoxEntry(cache.boxes[group.index]));
-    own = {-missing.value(), speed2.value()};
+    own = {-negative_distance.value(), speed2.value()};
   }
 
  private:
   template <class S, class Entries, class Most>
-  KERNEL void add(const Entries& entries, int begin, int k, Most& missing, Most& speed2) const {
+  KERNEL void add(const Entries& entries, int begin, int k, Most& negative_distance, Most& speed2) const {
     const int i = begin + k;
-    const Vector3<S> position = load_floats<S>(x, i), speed = load_floats<S>(v, i);
+    const Vector3<S> position = load_floats<S>(x, i), velocity = load_floats<S>(v, i);
     const CacheEntryLanes<S> entry = entries.from(k, position);
     const Vector3<S> moved = position - entry.at;
-    S mass;
-    load_float(w + i, mass);
+    S inverse_mass;
+    load_float(w + i, inverse_mass);
     const S slack = (l1_norm(position) + abs(entry.distance)) * S(rounding);
-    const S own = entry.distance - sqrt(dot(moved, moved)) - S(reach) - slack;
-    const auto moves = mass > S(0.0f);
-    const S negative = select(own < S(INFINITY), S(0.0f) - own, S(INFINITY));  // NaN: no clearance
-    missing.add(select(moves, negative, S(-INFINITY)));
-    speed2.add(select(moves, dot(speed, speed), S(0.0f)));
+    const S distance = entry.distance - sqrt(dot(moved, moved)) - S(contact_range) - slack;
+    const auto moves = inverse_mass > S(0.0f);
+    const S negative = select(distance < S(INFINITY), S(0.0f) - distance, S(INFINITY));  // NaN: no clearance
+    negative_distance.add(select(moves, negative, S(-INFINITY)));
+    speed2.add(select(moves, dot(velocity, velocity), S(0.0f)));
   }
 };
 

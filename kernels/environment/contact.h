@@ -11,23 +11,23 @@ namespace malha {
 /// the origin. Without contact c is minus infinity. In float it fills a cache line.
 template <class R>
 struct alignas(16 * sizeof(R)) Contact {
-  Vec4<R> plane;                 // n, c (m)
-  Vec4<R> surface;               // motion of the surface over the substep, and the approach along n without contact (m)
-  R lambda;                      // accumulated push along n, m
-  Vector3<R> friction_impulse;   // accumulated friction, m, at most mu lambda
-  Vector3<R> cached_position{};  // x for which the contact stays valid; NaN: none
-  int particle = -1;             // -1: the slot is free
+  Vec4<R> plane;    // n, c (m)
+  Vec4<R> surface;  // motion of the surface over the substep, and the approach along n without contact (m)
+  R lambda;         // accumulated push along n, m
+  Vector3<R> friction_displacement;  // m, by which friction has moved the particle back, at most mu lambda
+  Vector3<R> cached_position{};      // x for which the contact stays valid; NaN: none
+  int particle = -1;                 // -1: the slot is unused
 };
 
 /// Result of the last query of a particle: its position (mesh's frame), the distance of the surface (m; negative
 /// inside; a lower bound where no triangle is near), and the closest triangle. A particle is queried again only when it
-/// may have come near, and the search may start at that triangle: neither changes a contact.
+/// may have come near, and a search may start at that triangle: neither changes which contacts are found.
 struct ClosestPointRecord {
   Vector3<double> at{};
   double distance = -INFINITY;  // never queried: it may be as deep as the mesh is large
   long long triangle = -1;
   Vector3<double> tunnel_offset{};  // m, offset through the surface of a particle that was forced through it
-  double overlap = 0;  // m, by which it may be nearer than the thickness, because it was so at its first query
+  double overlap = 0;  // m, by which it may stay nearer than the thickness, because it was at its first query
 
   /// Returns true if no surface lies between a and b: both are within the distance of the surface.
   KERNEL bool is_path_clear(const Vector3<double>& a, const Vector3<double>& b) const {
@@ -65,15 +65,16 @@ template <class R>
 KERNEL void invalidate(Contact<R>& contact) {
   contact.plane = {R(0), R(0), R(0), -R(INFINITY)};
   contact.lambda = R(0);
-  contact.friction_impulse = {R(0), R(0), R(0)};
+  contact.friction_displacement = {R(0), R(0), R(0)};
   invalidate_cached_position(contact);
 }
 
-/// Clamps the accumulated friction impulse to the friction cone. If a push is undone, its friction is undone with it.
+/// Clamps the accumulated friction to the friction cone; `friction` and `max_length` are displacements (m) or impulses
+/// times dt (kg m). If a push is undone, its friction is undone with it.
 template <class R>
-KERNEL Vector3<R> clamp_to_friction_cone(const Vector3<R>& impulse, R max_length) {
-  const R length = sqrt(dot(impulse, impulse));
-  return length > max_length ? impulse * (max_length / length) : impulse;
+KERNEL Vector3<R> clamp_to_friction_cone(const Vector3<R>& friction, R max_length) {
+  const R length = sqrt(dot(friction, friction));
+  return length > max_length ? friction * (max_length / length) : friction;
 }
 
 /// Pushes the particle out of the surface and reduces its sliding within the friction cone. Friction acts on
@@ -97,10 +98,10 @@ struct ResolveContact {
 
     const Vector3<R> slide = moved - contact.surface.xyz();
     const Vector3<R> tangent = slide - n * dot(n, slide);
-    const Vector3<R> friction_impulse =
-        clamp_to_friction_cone(contact.friction_impulse + tangent, friction * contact.lambda);
-    p.d.set(i, moved - (friction_impulse - contact.friction_impulse));
-    contact.friction_impulse = friction_impulse;
+    const Vector3<R> friction_displacement =
+        clamp_to_friction_cone(contact.friction_displacement + tangent, friction * contact.lambda);
+    p.d.set(i, moved - (friction_displacement - contact.friction_displacement));
+    contact.friction_displacement = friction_displacement;
   }
 };
 

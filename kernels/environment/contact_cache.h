@@ -276,7 +276,7 @@ struct InvalidateContacts {
     const Vector3<double> path = in_double(p.d[i]);
     if (!(dot(path, path) <= max_path * max_path)) return invalidate(contact);
     contact.lambda = R(0);
-    contact.friction_impulse = {R(0), R(0), R(0)};
+    contact.friction_displacement = {R(0), R(0), R(0)};
     contact.surface.w = R(dot(in_double(contact.plane.xyz()), path));
   }
 };

@@ -1,303 +1,185 @@
 // SPDX-License-Identifier: Apache-2.0
-// Contacts of deformable bodies with edges and corners of the environment: those of
-// kernels/self_collision/self_contact.h, in the frame of the moving objects, where the points of the objects rest.
-// These points are numbered after the particles and have inverse mass 0.
+// Contact of a deformable body with an edge or a corner of the environment: a particle and a triangle, or two edges,
+// one of them of the body; and the narrow phase, which builds it from a candidate. Self-collision has contacts of its
+// own, in blocks (kernels/self_collision/contact_block.h). A contact is an inequality over four particles, C(p) =
+// distance along n - min_distance >= 0, with n and weights at x0, where nothing intersects, or, for pairs that slide
+// far, at the end of the motion.
 #pragma once
-#include "kernels/attachments/pose.h"
-#include "kernels/environment/edge_truncate.h"
-#include "kernels/geometry/stackless_bvh.h"
+#include "kernels/geometry/closest_point.h"
+#include "kernels/geometry/simplex.h"
+#include "kernels/parallel/reductions.h"
+#include "kernels/self_collision/division_plane.h"
 
 namespace malha {
 
-/// Frame of objects with a common motion, relative to their centre, so that rounding is small far from the origin too.
-struct ObjectFrame {
-  Pose pose;
-  Vector3<double> centre;  // m
-  KERNEL Vector3<double> local_of(const Vector3<double>& a) const { return to_local(pose, a) - centre; }
-  template <class R>
-  KERNEL Vector3<double> local(const Vector3<R>& a) const {
-    return local_of(in_double(a));
+template <class R>
+struct EdgeContact {
+  int i[4];      // the first side, then the second
+  R weight[4];   // at the closest points: positive on the first side, negative on the second; their sum is 0
+  Vector3<R> n;  // from the second side to the first
+  R bias;        // minimum distance minus that at x0, m
+  R gap;         // between the planes of normal n that separate the sides at x0, m
+  R lambda;      // accumulated push times dt, kg m
+  Vector3<R> friction_impulse;  // accumulated friction times dt, kg m, at most mu lambda
+  int first;                    // particles of the first side: 1 or 2
+};
+
+/// Sets d to the motion, or to 0 where it is not finite (such a particle ends the run). Counts the particles whose
+/// swept bounds may leave the boxes that the candidates were found with.
+template <class R>
+struct CheckCandidateBounds {
+  ScatteredPoints<R> moved, x0, d, x_then, d_then;  // the last two: at the search
+  R slack;                                          // margin of those boxes, m
+  KERNEL Sum operator()(int i) const {
+    Vector3<R> motion = moved[i];
+    motion = or_zero((motion.x + motion.y + motion.z) * R(0) == R(0), motion);
+    d.set(i, motion);
+    const Vector3<R> from = x0[i] - x_then[i], then = d_then[i];
+    return {is_inside(from.x, motion.x, then.x) && is_inside(from.y, motion.y, then.y) &&
+                    is_inside(from.z, motion.z, then.z)
+                ? 0.0
+                : 1.0};
   }
-  template <class R>
-  KERNEL Vector3<R> world(const Vector3<R>& a) const {
-    return rounded<R>(to_world(pose, in_double(a) + centre));
+
+ private:
+  KERNEL bool is_inside(R from, R motion, R then) const {
+    const R low = from + min(motion, R(0)), high = from + max(motion, R(0));
+    return low >= min(then, R(0)) - slack && high <= max(then, R(0)) + slack;
   }
 };
 
-/// Computes the start positions of the particles in the objects' frame.
+/// Starts a search for candidates that serves several substeps.
 template <class R>
-struct StartLocal {
-  ScatteredPoints<R> x0;
-  ObjectFrame before;
-  ScatteredPoints<R> x;
-  KERNEL void operator()(int i) const { x.set(i, rounded<R>(before.local(x0[i]))); }
-};
-
-/// Computes the displacements of the particles in the objects' frame.
-template <class R>
-struct MoveLocal {
-  Displaced<R> p;
-  ObjectFrame after;
-  ScatteredPoints<R> x, moved;
+struct InitCandidateSearch {
+  ScatteredPoints<R> x0, d, x_then, d_then;
+  R ahead;  // substeps
   KERNEL void operator()(int i) const {
-    moved.set(i, rounded<R>(after.local_of(in_double(p.x[i]) + in_double(p.d[i])) - in_double(x[i])));
+    x_then.set(i, x0[i]);
+    d_then.set(i, d[i] * ahead);
   }
 };
 
-/// Marks particles that edges or meshes of the environment have moved in this substep as kinematic for self-collision.
+/// Parameters of contacts from candidates.
 template <class R>
-struct KinematicMarks {
-  R* w = nullptr;                    // 1/kg; 0 once marked; null: no self-collision
-  KinematicOwner* owner = nullptr;   // of each particle
-  KinematicOwner number = kNoOwner;  // of the objects that move particles now
-  KERNEL bool is_enabled() const { return w != nullptr; }
-  KERNEL void mark(int i) const {
-    if (is_enabled()) w[i] = R(0), owner[i] = number;
-  }
+struct CandidateContactParams {
+  R thickness;  // m
+  R recovery;   // share of a violation of the minimum distance that is recovered in a substep
 };
 
-/// Sets the position of a particle, given in the objects' frame, and marks it.
+/// Narrow phase of one candidate: whether it is a contact, and its geometry. In double: if a pair is apart by a
+/// thousandth of its size, a normal from differences in float is so oblique that the pair could creep through its
+/// planes.
 template <class R>
-struct SetFromLocal {
-  Displaced<R> p;
-  ObjectFrame after;
-  KinematicMarks<R> marks;
-  KERNEL void operator()(int i, const Vector3<R>& a) const {
-    p.set(i, after.world(a));
-    marks.mark(i);
-  }
-};
+struct EvaluateCandidate {
+  const Candidate* candidates;
+  ParticleBounds<R> bounds;
+  CandidateContactParams<R> rules;
 
-/// Broad phase of edge contacts: counts the candidate pairs of every simplex of the bodies with the triangles whose
-/// boxes overlap its own, or (kStores) stores them at the offsets that the counts gave.
-template <class R, bool kStores>
-struct FindEdgePairs {
-  StacklessBvh path;
-  const Simplex *bodies, *objects;  // objects own only features that can touch
-  const Box<R>* boxes;              // of particles and points
-  ScatteredPoints<R> x;             // of both, at the start of the search
-  ScatteredPoints<R> d;             // displacements of the particles
-  R reach;                          // m, contact distance beyond the displacements
-  int* offset;                      // counts that are stored, or offsets
-  int count, total;                 // of simplices, of candidates
-  Candidate* candidates;
-  unsigned char* has_candidates;  // of each particle: whether it is in any candidate
-
-  KERNEL void operator()(int e) const {
-    if (kStores && offset[e] == (e + 1 < count ? offset[e + 1] : total)) return;
-    const Simplex body = bodies[e];
-    const Box<R> edge[3] = {of_edge(body, 0), of_edge(body, 1), of_edge(body, 2)}, box = merge(edge[0], edge[1]);
-    int found = 0;
-    Candidate* const to = kStores ? candidates + offset[e] : nullptr;
-    const auto add = [&](const Candidate& candidate) KERNEL_LAMBDA {
-      if (kStores) to[found] = candidate;
-      ++found;
-    };
-    const Slab<R> slab = slab_of(body);
-    path.for_each_in(box, slab, [&](int t) KERNEL_LAMBDA {
-      const Simplex object = objects[t];
-      const int* const c = object.corner;
-      const Box<R> object_edge[3] = {of_edge(object, 0), of_edge(object, 1), of_edge(object, 2)},
-                   object_box = merge(object_edge[0], object_edge[1]);
-      if (!overlap(box, object_box) || are_separated(slab, object) || are_separated(object, body)) return;
-      for (int k = 0; k < 3; ++k)
-        if (body.owns_corner(k) && overlap(boxes[body.corner[k]], object_box))
-          add({{body.corner[k], c[0], c[1], c[2]}});
-      KERNEL_ROLLED
-      for (int l = 0; l < 3; ++l) {
-        if (body.is_face() && object.owns_corner(l) && overlap(boxes[c[l]], box))
-          add({{c[l], body.corner[0], body.corner[1], body.corner[2]}});
-        if (!object.owns_edge(l)) continue;
-        for (int k = 0; k < 3; ++k)
-          if (body.owns_edge(k) && overlap(edge[k], object_edge[l]))
-            add({{~body.from(k), body.to(k), object.from(l), object.to(l)}});
-      }
-    });
-    if (!kStores) offset[e] = found;
-    if (!kStores && found > 0)
-      for (const int i : body.corner) store_flag(has_candidates + i);
-  }
-
- private:
-  /// Concurrent threads store the same value.
-  KERNEL static void store_flag(unsigned char* of) {
-#if defined(__CUDA_ARCH__)
-    *static_cast<volatile unsigned char*>(of) = 1;
-#else
-    __atomic_store_n(of, static_cast<unsigned char>(1), __ATOMIC_RELAXED);
-#endif
-  }
-  /// Largest motion along n inside the box of displacement d: constraints may pull particles off the straight path.
-  KERNEL static R farthest(const Vector3<R>& n, const Vector3<R>& d) {
-    return max(n.x * d.x, R(0)) + max(n.y * d.y, R(0)) + max(n.z * d.z, R(0));
-  }
-  /// The slab that contains the swept boxes of a triangle.
-  KERNEL Slab<R> slab_of(const Simplex& s) const {
-    const int* const i = s.corner;
-    const Vector3<R> a = x[i[0]], n = cross(x[i[1]] - a, x[i[2]] - a);
-    R low = R(0), high = R(0);
-    for (int k = 0; k < 3; ++k) {
-      const Vector3<R> own = d[i[k]];
-      low = min(low, -farthest(n, -own)), high = max(high, farthest(n, own));
-    }
-    const R more = R(1.01) * reach * sqrt(dot(n, n));
-    return {a, n, low - more, high + more};
-  }
-  /// Returns true if a triangle lies outside a slab.
-  KERNEL bool are_separated(const Slab<R>& slab, const Simplex& object) const {
-    R low = R(INFINITY), high = -R(INFINITY);
-    for (int k = 0; k < 3; ++k) {
-      const R at = dot(slab.n, x[object.corner[k]] - slab.at);
-      low = min(low, at), high = max(high, at);
-    }
-    return low > slab.high || high < slab.low;
-  }
-  /// Returns true if the two are separated along the normal of the object's triangle.
-  KERNEL bool are_separated(const Simplex& object, const Simplex& body) const {
-    const int *const c = object.corner, *const i = body.corner;
-    const Vector3<R> a = x[c[0]], n = cross(x[c[1]] - a, x[c[2]] - a);
-    R low = R(INFINITY), high = -R(INFINITY);
-    for (int k = 0; k < 3; ++k) {
-      const R at = dot(n, x[i[k]] - a);
-      const Vector3<R> own = d[i[k]];
-      low = min(low, at - farthest(n, -own)), high = max(high, at + farthest(n, own));
-    }
-    const R most = R(1.01) * reach * sqrt(dot(n, n));
-    return low > most || high < -most;
-  }
-  KERNEL Box<R> of_edge(const Simplex& s, int k) const { return merge(boxes[s.from(k)], boxes[s.to(k)]); }
-};
-
-/// Contact parameters of an object.
-template <class R>
-struct EdgeContactParams {
-  R min_distance, friction;  // m, Coulomb's mu
-};
-
-/// Index of a contact's object. `object`: 0 for particles, otherwise the index plus 1.
-template <class R>
-KERNEL int object_of(const SelfContact<R>& c, const int* object) {
-  return max(object[c.i[0]], object[c.i[3]]) - 1;
-}
-
-/// Builds the contacts of candidates by the parameters of their objects, and counts how many of their points are
-/// particles.
-template <class R>
-struct BuildEdgeContacts {
-  EvaluateCandidate<R> evaluate;
-  const EdgeContactParams<R>* params;
-  const int* object;
-  const int* offset;
-  int count, total, particles;
-  SelfContact<R>* contacts;
-  int* ends;
-  KERNEL void operator()(int c) const {
-    const int at = offset[c], next = c + 1 < count ? offset[c + 1] : total;
-    if (next == at) return;
-    const Candidate& candidate = evaluate.candidates[c];
-    EvaluateCandidate<R> with_object = evaluate;
-    with_object.rules.thickness = params[max(object[candidate.particle(0)], object[candidate.i[3]]) - 1].min_distance;
-    SelfContact<R>& contact = contacts[at];
-    if (with_object(candidate, contact)) {
-      // Faces push particles in kernels/environment/contact.h; here they only serve the final guard.
-      if (contact.first == 1 && contact.i[0] < particles) contact.bias = -R(INFINITY);
-      int particle_ends = 0;
-      for (int j = 0; j < 4; ++j) particle_ends += contact.i[j] < particles ? 1 : 0;
-      ends[at] = particle_ends;
-    } else {
-      contact.bias = contact.gap = -R(INFINITY);
-      ends[at] = 0;
-    }
-  }
-};
-
-/// Lists the particles of all contacts as (particle, contact slot) pairs.
-template <class R>
-struct ListContactEnds {
-  const SelfContact<R>* contacts;
-  const int* offset;  // offsets of the contacts' ends
-  int particles;
-  Keyed* ends;  // particle, and 4 contact + slot
-  KERNEL void operator()(int k) const {
-    if (!(contacts[k].gap > -R(INFINITY))) return;
-    int at = offset[k];
-    for (int j = 0; j < 4; ++j)
-      if (contacts[k].i[j] < particles) ends[at++] = {unsigned(contacts[k].i[j]), 4 * k + j};
-  }
-};
-
-/// Grows the contact distances of particles (kernels/self_collision/contact_distance.h; the w of x) to the distance of
-/// the nearest contact below its object's minimum distance, and to max_distance where there is none. Returns how many
-/// are still below that.
-template <class R>
-struct GrowEdgeDistances {
-  ScatteredPoints<R> x;
-  const SelfContact<R>* contacts;
-  const Keyed* ends;
-  const int* begin;  // null: there are no contacts
-  const EdgeContactParams<R>* params;
-  const int* object;
-  R max_distance;
-  KERNEL Sum operator()(int i) const {
-    R nearest = max_distance;
-    for (int e = begin ? begin[i] : 0; e < (begin ? begin[i + 1] : 0); ++e) {
-      const SelfContact<R>& c = contacts[ends[e].value / 4];
-      const R distance = distance_of(c);
-      if (distance < params[object_of(c, object)].min_distance) nearest = min(nearest, distance);
-    }
-    R& own = x.of[i].w;
-    own = max(own, nearest);
-    return {own < max_distance ? 1.0 : 0.0};
-  }
-
- private:
-  KERNEL R distance_of(const SelfContact<R>& c) const {
-    Vector3<double> at[4];
+  KERNEL bool operator()(const Candidate& c, EdgeContact<R>& contact) const {
+    contact.first = c.are_edges() ? 2 : 1;
+    for (int j = 0; j < 4; ++j) contact.i[j] = c.particle(j), contact.weight[j] = R(0);
+    contact.n = contact.friction_impulse = {R(0), R(0), R(0)}, contact.lambda = R(0);
+    Vector3<double> x[4];
     double weight[4];
-    for (int j = 0; j < 4; ++j) at[j] = in_double(x[c.i[j]]);
-    EvaluateCandidate<R>::weigh(c.first, at, weight);
-    const Vector3<double> apart = EvaluateCandidate<R>::between(at, weight);
-    return R(sqrt(dot(apart, apart)));
+    load_positions(bounds.x, contact, x);
+    closest_weights(contact.first, x, weight);
+    const Vector3<double> apart = closest_offset(x, weight);
+    const double exact = sqrt(dot(apart, apart));
+    const R distance = R(exact);
+    if (!(distance > R(0))) return false;  // they touch: the direction is undefined
+    for (int j = 0; j < 4; ++j) contact.weight[j] = R(weight[j]);
+    contact.n = {R(apart.x / exact), R(apart.y / exact), R(apart.z / exact)};
+
+    // No particle leaves its swept bounds, so that the sides come no nearer than this.
+    R nearing = R(0), receding = R(0);
+    const Vector3<R> n = contact.n;
+    for (int j = 0; j < 4; ++j) {
+      const Vector3<R> d = bounds.d[contact.i[j]];
+      if (j < contact.first)
+        nearing = max(nearing, positive(-n.x * d.x) + positive(-n.y * d.y) + positive(-n.z * d.z));
+      else
+        receding = max(receding, positive(n.x * d.x) + positive(n.y * d.y) + positive(n.z * d.z));
+    }
+    const R margin = bounds.margin *
+                     (positive(n.x) + positive(-n.x) + positive(n.y) + positive(-n.y) + positive(n.z) + positive(-n.z));
+    if (distance - nearing - receding > max(rules.thickness, R(2) * margin)) return false;
+
+    contact.gap = gap_along(contact, x);
+    R min_distance = rules.thickness;
+    for (int j = 0; j < 4; ++j) min_distance = min(min_distance, bounds.x.of[contact.i[j]].w);
+    const R along = slides_past(contact, distance, min_distance)
+                        ? turn(contact, x, distance, R(0.5) * min(distance, min_distance))
+                        : distance;
+    contact.bias = along < min_distance ? rules.recovery * (min_distance - along) : min_distance - along;
+    return true;
   }
-};
 
-/// Friction coefficient of a contact's object.
-template <class R>
-struct ObjectFriction {
-  const EdgeContactParams<R>* params;
-  const int* object;
-  KERNEL R operator()(const SelfContact<R>& c) const { return params[object_of(c, object)].friction; }
-};
-
-/// Rotates impulses from the objects' frame to the world.
-struct TurnToWorld {
-  Pose pose;
-  template <class R>
-  KERNEL Vector3<R> operator()(const Vector3<R>& impulse) const {
-    return rounded<R>(rotate(pose, in_double(impulse)));
-  }
-};
-
-/// Counts the particles that may meet triangles that are no candidates: those with contacts that left their swept
-/// bounds, and those that left the box of the search.
-template <class R>
-struct CountBoundsViolations {
-  ScatteredPoints<R> x, moved, d, x_then, d_then;
-  R margin, slack;  // m
-  const unsigned char* has_candidates;
-  KERNEL Sum operator()(int i) const {
-    const Vector3<R> m = moved[i], own = d[i];
-    if (!((m.x + m.y + m.z) * R(0) == R(0))) return {};
-    const bool inside = within(m.x, own.x, margin) && within(m.y, own.y, margin) && within(m.z, own.z, margin);
-    if (inside) return {};
-    if (has_candidates[i]) return {1.0};
-    const Vector3<R> from = x[i] + m - x_then[i], then = d_then[i];
-    const R most = margin + slack;
-    return {within(from.x, then.x, most) && within(from.y, then.y, most) && within(from.z, then.z, most) ? 0.0 : 1.0};
+  /// Returns true if the swept boxes of the sides overlap.
+  KERNEL bool boxes_overlap(const Candidate& c) const {
+    const Box<R>* const of = bounds.boxes;
+    const Box<R> first = of[c.particle(0)], second = of[c.i[1]], others = merge(of[c.i[2]], of[c.i[3]]);
+    return c.are_edges() ? overlap(merge(first, second), others) : overlap(first, merge(others, second));
   }
 
  private:
-  KERNEL static bool within(R at, R d, R margin) { return at >= min(d, R(0)) - margin && at <= max(d, R(0)) + margin; }
+  /// The gap between the planes of normal n that separate the sides.
+  KERNEL static R gap_along(const EdgeContact<R>& contact, const Vector3<double>* x) {
+    ContactSides<double> sides;
+    for (int j = 0; j < 4; ++j) sides.add(j, contact.first, dot(in_double(contact.n), x[j] - x[0]));
+    return R(sides.low - sides.high);
+  }
+
+  /// Returns true if the plane would stop a particle that slides past a boundary or a corner, where n is oblique: over
+  /// a slide t the distance grows by t^2 / (2 distance) beyond that along n.
+  KERNEL bool slides_past(const EdgeContact<R>& contact, R distance, R min_distance) const {
+    const R* const weight = contact.weight;
+    if (weight[0] != R(0) && weight[1] != R(0) && weight[2] != R(0) && weight[3] != R(0)) return false;
+    Vector3<R> motion{R(0), R(0), R(0)};
+    for (int j = 0; j < 4; ++j) motion = motion + bounds.d[contact.i[j]] * weight[j];
+    const R along = dot(contact.n, motion), violation = min_distance - distance - along;
+    const Vector3<R> slide = motion - contact.n * along;
+    // The growth is at least a tenth of the violation, and the slide so long that jitter at rest does not count.
+    return violation > R(0) && dot(slide, slide) > R(0.1) * distance * max(violation, R(0.1) * distance);
+  }
+
+  /// Turns n to the normal at the end of the motion, or halfway there, if along it the sides are `enough` apart at the
+  /// start and at the end. Returns their distance along n at the start.
+  KERNEL R turn(EdgeContact<R>& contact, const Vector3<double>* x, R distance, R enough) const {
+    Vector3<double> end[4];
+    double weight[4];
+    for (int j = 0; j < 4; ++j) end[j] = x[j] + in_double(bounds.d[contact.i[j]]);
+    closest_weights(contact.first, end, weight);
+    const Vector3<double> end_normal = unit(closest_offset(end, weight));
+    EdgeContact<R> turned = contact;
+    turn_to(turned, end_normal, x);
+    if (turned.gap > enough) {
+      for (int j = 0; j < 4; ++j) turned.weight[j] = R(weight[j]);
+    } else {
+      turn_to(turned, unit(end_normal + in_double(contact.n)), x);
+      if (!(min(turned.gap, gap_along(turned, end)) > enough)) return distance;
+      for (int j = 0; j < 4; ++j) weight[j] = double(contact.weight[j]);
+    }
+    contact = turned;
+    return R(dot(in_double(contact.n), closest_offset(x, weight)));
+  }
+  KERNEL static void turn_to(EdgeContact<R>& contact, const Vector3<double>& n, const Vector3<double>* x) {
+    contact.n = {R(n.x), R(n.y), R(n.z)};
+    contact.gap = gap_along(contact, x);
+  }
+
+  KERNEL static Vector3<double> unit(const Vector3<double>& a) { return a * (1 / sqrt(dot(a, a))); }
+  KERNEL static R positive(R a) { return max(a, R(0)); }
+  KERNEL static void load_positions(const ScatteredPoints<R>& of, const EdgeContact<R>& c, Vector3<double>* x) {
+    for (int j = 0; j < 4; ++j) x[j] = in_double(of[c.i[j]]);
+  }
+};
+
+/// Stores 1 for candidates whose swept boxes overlap.
+template <class R>
+struct CountOverlappingCandidates {
+  EvaluateCandidate<R> evaluate;
+  int* flags;
+  KERNEL void operator()(int c) const { flags[c] = evaluate.boxes_overlap(evaluate.candidates[c]) ? 1 : 0; }
 };
 
 }  // namespace malha

@@ -9,13 +9,13 @@
 // near. So it claims a small share of the mass, and gets all of it only where no other contact pushes.
 #pragma once
 #include "kernels/environment/contact.h"
-#include "kernels/self_collision/self_contact.h"
+#include "kernels/environment/edge_contact.h"
 
 namespace malha {
 
 /// Motion of the first side relative to the second at the closest points.
 template <class R>
-KERNEL Vector3<R> relative_motion(const SelfContact<R>& c, const ScatteredPoints<R>& moved) {
+KERNEL Vector3<R> relative_motion(const EdgeContact<R>& c, const ScatteredPoints<R>& moved) {
   Vector3<R> sum{R(0), R(0), R(0)};
   for (int j = 0; j < 4; ++j) sum = sum + moved[c.i[j]] * c.weight[j];
   return sum;
@@ -30,7 +30,7 @@ struct ContactImpulse {
 
 /// Returns true if the closest points lie at the end of an edge or on the boundary of a triangle.
 template <class R>
-KERNEL bool is_boundary_contact(const SelfContact<R>& c) {
+KERNEL bool is_boundary_contact(const EdgeContact<R>& c) {
   return c.weight[0] == R(0) || c.weight[1] == R(0) || c.weight[2] == R(0) || c.weight[3] == R(0);
 }
 
@@ -41,11 +41,11 @@ struct EstimateMassShares {
   /// rest better with more.
   static constexpr double kBoundaryClaim = 0.1;
   ScatteredPoints<R> moved;
-  const SelfContact<R>* contacts;
+  const EdgeContact<R>* contacts;
   const R* w;
   ContactImpulse<R>* impulses;
   KERNEL void operator()(int k) const {
-    const SelfContact<R>& c = contacts[k];
+    const EdgeContact<R>& c = contacts[k];
     R W = R(0), push = c.lambda;
     for (int j = 0; j < 4; ++j) W += c.weight[j] * c.weight[j] * w[c.i[j]];
     const R bias = c.bias - dot(c.n, relative_motion(c, moved));
@@ -58,7 +58,7 @@ struct EstimateMassShares {
 
 /// Inverse mass of a contact with its shares of the particles' masses: that of particle j is (share |weight_j|) / w_j.
 template <class R>
-KERNEL R inverse_mass(const SelfContact<R>& c, R share, const ScatteredPoints<R>& moved) {
+KERNEL R inverse_mass(const EdgeContact<R>& c, R share, const ScatteredPoints<R>& moved) {
   R W = R(0);
   for (int j = 0; j < 4; ++j) W += abs(c.weight[j]) * moved.of[c.i[j]].w;
   return W / share;
@@ -87,12 +87,12 @@ struct SplitMasses {
 template <class R>
 struct RefineMassShares {
   ScatteredPoints<R> moved;
-  const SelfContact<R>* contacts;
+  const EdgeContact<R>* contacts;
   ContactImpulse<R>* impulses;
   KERNEL void operator()(int k) const {
     R& share = impulses[k].impulse.w;
     if (!(share > R(0))) return;
-    const SelfContact<R>& c = contacts[k];
+    const EdgeContact<R>& c = contacts[k];
     const R W = inverse_mass(c, share, moved);
     if (W > tiny<R>()) share = max(R(0.1) * share, c.lambda + (c.bias - dot(c.n, relative_motion(c, moved))) / W);
   }
@@ -103,7 +103,7 @@ struct RefineMassShares {
 template <class R, class Friction>
 struct SolveContactsJacobi {
   ScatteredPoints<R> moved;
-  SelfContact<R>* contacts;
+  EdgeContact<R>* contacts;
   Friction friction;
   ContactImpulse<R>* impulses;
   KERNEL void operator()(int k) const {
@@ -111,7 +111,7 @@ struct SolveContactsJacobi {
     const R share = push.impulse.w;
     push.impulse.w = R(0);
     if (!(share > R(0))) return;
-    SelfContact<R>& c = contacts[k];
+    EdgeContact<R>& c = contacts[k];
     const R W = inverse_mass(c, share, moved);
     if (!(W > tiny<R>())) return;
     const Vector3<R> motion = relative_motion(c, moved);
@@ -150,7 +150,7 @@ struct ApplyImpulses {
 /// Counts contacts that pushed in the last substep.
 template <class R>
 struct CountPushing {
-  const SelfContact<R>* contacts;
+  const EdgeContact<R>* contacts;
   KERNEL Sum operator()(int k) const { return {contacts[k].lambda > R(0) ? 1.0 : 0.0}; }
 };
 

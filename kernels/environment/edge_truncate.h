@@ -6,9 +6,9 @@
 
 namespace malha {
 
-/// Moves free particles back to where the substep began.
+/// Moves movable particles back to where the substep began.
 template <class R>
-struct ResetFreeParticles {
+struct ResetMovableParticles {
   Particles<R> particles;
   KERNEL void operator()(int i) const {
     if (particles.w[i] > R(0)) particles.p.clear_displacement(i);
@@ -47,13 +47,13 @@ struct CopyPoints {
 template <class R>
 struct DivisionPlanes {
   ScatteredPoints<R> x0, moved;
-  R least;  // m: no gap closes below it
+  R least;  // m: lower bound of the gap that truncation leaves
 
   /// Coordinate of particle j at x0 along n.
-  KERNEL R at_start(const SelfContact<R>& c, int j) const { return dot(c.n, x0[c.i[j]] - x0[c.i[0]]); }
+  KERNEL R at_start(const EdgeContact<R>& c, int j) const { return dot(c.n, x0[c.i[j]] - x0[c.i[0]]); }
   /// The gap that the contact must keep.
-  KERNEL R required_gap(const SelfContact<R>& c) const { return malha::required_gap(c.gap, least); }
-  KERNEL bool are_separated(const SelfContact<R>& c) const {
+  KERNEL R required_gap(const EdgeContact<R>& c) const { return malha::required_gap(c.gap, least); }
+  KERNEL bool are_separated(const EdgeContact<R>& c) const {
     ContactSides<R> sides;
     for (int j = 0; j < 4; ++j) sides.add(j, c.first, at_start(c, j) + dot(c.n, moved[c.i[j]]));
     return !(sides.low - sides.high < required_gap(c));
@@ -64,12 +64,12 @@ struct DivisionPlanes {
 template <class R>
 struct FindEdgeViolations {
   DivisionPlanes<R> planes;
-  const SelfContact<R>* contacts;
+  const EdgeContact<R>* contacts;
   const unsigned char* truncated;
   const R* w;
   unsigned char* violating;
   KERNEL Sum operator()(int k) const {
-    const SelfContact<R>& c = contacts[k];
+    const EdgeContact<R>& c = contacts[k];
     violating[k] = 0;
     if (planes.are_separated(c)) return {};
     violating[k] = 1;
@@ -86,7 +86,7 @@ struct TruncateParticles {
   DivisionPlanes<R> planes;
   SetPosition set_position;
   bool to_rest;
-  const SelfContact<R>* contacts;
+  const EdgeContact<R>* contacts;
   const Keyed* ends;
   const int* begin;
   const unsigned char* violating;
@@ -100,7 +100,7 @@ struct TruncateParticles {
     const Vector3<R> d = planes.moved[i];
     R fraction = to_rest ? R(0) : R(1);
     for (int e = begin[i]; e < begin[i + 1] && !to_rest; ++e) {
-      const SelfContact<R>& c = contacts[ends[e].value / 4];
+      const EdgeContact<R>& c = contacts[ends[e].value / 4];
       const int own = ends[e].value % 4;
       ContactSides<R> sides;
       for (int j = 0; j < 4; ++j) sides.add(j, c.first, planes.at_start(c, j));

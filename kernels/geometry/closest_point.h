@@ -189,4 +189,21 @@ KERNEL S gap_along_normal(const S (&at)[4]) {
     return min(at[0], at[1]) - max(at[2], at[3]);
 }
 
+/// Computes the weights of the closest points of one pair in double, as weigh() does for packs. `first`: number of
+/// particles of the first primitive.
+KERNEL void closest_weights(int first, const Vector3<double>* x, double* weight) {
+  if (first == 1) {
+    const Vector3<double> w = closest_on_triangle(x[2] - x[1], x[3] - x[1], x[0] - x[1]);
+    weight[0] = 1, weight[1] = -w.x, weight[2] = -w.y, weight[3] = -w.z;
+  } else {
+    const SegmentPoints<double> at = closest_on_segments(x[1] - x[0], x[3] - x[2], x[2] - x[0]);
+    weight[0] = 1 - at.s, weight[1] = at.s, weight[2] = at.t - 1, weight[3] = -at.t;
+  }
+}
+
+/// The vector from the second primitive's closest point to the first's, from the weights of closest_weights().
+KERNEL Vector3<double> closest_offset(const Vector3<double>* x, const double* weight) {
+  return (x[1] - x[0]) * weight[1] + (x[2] - x[0]) * weight[2] + (x[3] - x[0]) * weight[3];
+}
+
 }  // namespace malha

@@ -44,12 +44,12 @@ struct ParticleBounds {
 
 template <class R>
 struct ComputeParticleBounds {
-  ParticleBounds<R> reaches;
+  ParticleBounds<R> bounds;
   KERNEL void operator()(int i) const {
-    const Vector3<R> a = reaches.x[i], b = a + reaches.d[i];
-    const R m = reaches.margin;
-    reaches.boxes[i] = {{min(a.x, b.x) - m, min(a.y, b.y) - m, min(a.z, b.z) - m, R(0)},
-                        {max(a.x, b.x) + m, max(a.y, b.y) + m, max(a.z, b.z) + m, R(0)}};
+    const Vector3<R> a = bounds.x[i], b = a + bounds.d[i];
+    const R m = bounds.margin;
+    bounds.boxes[i] = {{min(a.x, b.x) - m, min(a.y, b.y) - m, min(a.z, b.z) - m, R(0)},
+                       {max(a.x, b.x) + m, max(a.y, b.y) + m, max(a.z, b.z) + m, R(0)}};
   }
 };
 

@@ -1,24 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
 // Coarse constraints: they keep the distance of two particles at most as long as the surface between them, and do not
-// shorten it below its value on arrival (after restriction), so that folds stay as they are.
+// shorten it below its restricted value (that of the restricted, predicted positions), so that folds stay as they are.
 #pragma once
 #include "kernels/constraints/constraint_registry.h"
 
 namespace malha {
 
-/// min(l, |p0 - p1| on arrival) <= |p0 - p1| <= l. Scenes cannot use it.
+/// min(l, |q0 - q1|) <= |p0 - p1| <= l, q the restricted positions. Scenes cannot use it.
 struct Coarse : Distance {
   static constexpr const char* name = "coarse";
-  static constexpr bool stores_arrival = true;  // the distance on arrival, in the patch's memory
+  static constexpr bool stores_distance = true;  // the restricted distance, in the patch's memory
 };
 
 /// Tells whether constraints of these kinds need a number each in the patch's memory.
 template <class... Kinds>
-constexpr bool stores_arrival(KindList<Kinds...>) {
-  return (requires { Kinds::stores_arrival; } || ...);
+constexpr bool stores_distance(KindList<Kinds...>) {
+  return (requires { Kinds::stores_distance; } || ...);
 }
 
-/// The first sweep stores the distances on arrival, the following ones project.
+/// The first sweep stores the restricted distances; the following ones project.
 template <class R>
 struct ProjectPack<Coarse, Update::Stiff, R> {
   R* least;     // smallest distances, from the batch's first slot on

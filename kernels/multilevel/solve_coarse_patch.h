@@ -15,11 +15,11 @@ struct SolveCoarsePatch {
   const Segment* segments;
   const Batch* batches;
   const SetView<R>* sets;
-  Points<R> x;        // position at the start of the substep, relative to the body's origin, m
-  Points<R> arrival;  // restricted displacement, m
-  Points<R> d;        // displacement of particles that are solved again, between the solves, m
-  const R* w;         // 1/kg, 0 where pinned
-  Points<R> delta;    // result d - arrival, by rank: a structure of arrays or, if delta_rows is not null, rows
+  Points<R> x;             // position at the start of the substep, relative to the body's origin, m
+  Points<R> restricted_d;  // restricted displacement, m
+  Points<R> d;             // displacement of particles that are solved again, between the solves, m
+  const R* w;              // 1/kg, 0 where pinned
+  Points<R> delta;  // result d - restricted_d, by rank: a structure of arrays or, if delta_rows is not null, rows
   ScatteredPoints<R> delta_rows;
   const int* rank;                   // of each particle
   ProlongationView<R> prolongation;  // from the next coarser level, if there is one
@@ -41,7 +41,7 @@ struct SolveCoarsePatch {
   KERNEL void solve(const Group& group, const Patch& patch, const Local& local) const {
     const int begin = patch.segment, end = patch.segment + patch.segments;
     for (int s = begin; s < end; ++s) load_segment(group, segments[s], local);
-    project(group, patch, local, Sweep::Arrival);
+    project(group, patch, local, Sweep::StoreDistances);
     for (int s = begin; s < end; ++s)
       if (!(forward && segments[s].first_solve)) load_displacements(group, segments[s], local);
     if (forward && prolongation.means.begin) prolongate(group, prolongation, local);
@@ -50,14 +50,14 @@ struct SolveCoarsePatch {
     for (int s = begin; s < end; ++s)
       if (segments[s].movable) store_correction(group, segments[s], local);
   }
-  enum class Sweep { Arrival, Forward, Backward };
+  enum class Sweep { StoreDistances, Forward, Backward };
 
   KERNEL void prefetch_patch(const Patch& patch, int part, int parts) const {
     for (int s = patch.segments * part / parts; s < patch.segments * (part + 1) / parts; ++s) {
       const Segment& segment = segments[patch.segment + s];
       for (int i = segment.global; i < segment.global + segment.count; i += 64 / int(sizeof(R))) {
         prefetch(x.x + i), prefetch(x.y + i), prefetch(x.z + i), prefetch(w + i), prefetch(rank + i);
-        prefetch(arrival.x + i), prefetch(arrival.y + i), prefetch(arrival.z + i);
+        prefetch(restricted_d.x + i), prefetch(restricted_d.y + i), prefetch(restricted_d.z + i);
       }
     }
   }
@@ -66,7 +66,7 @@ struct SolveCoarsePatch {
   KERNEL void load_segment(const Group& group, const Segment& segment, const Local& local) const {
     for_each_pack<R>(group, segment.count, [&]<class T>(int i, T) KERNEL_LAMBDA {
       const int at = segment.global + i;
-      PatchParticle<T> q{load_points<T>(x, at), load_points<T>(arrival, at), T()};
+      PatchParticle<T> q{load_points<T>(x, at), load_points<T>(restricted_d, at), T()};
       load(w + at, q.w);
       local.store_particle(segment.local + i, q);
     });
@@ -86,9 +86,9 @@ struct SolveCoarsePatch {
       const Vector3<T> displacement = local.template load_displacement<T>(segment.local + i);
       const int at = segment.global + i;
       if (last && delta_rows.of)
-        scatter_points(delta_rows, rank + at, displacement - load_points<T>(arrival, at));
+        scatter_points(delta_rows, rank + at, displacement - load_points<T>(restricted_d, at));
       else if (last)
-        scatter_points(delta, rank + at, displacement - load_points<T>(arrival, at));
+        scatter_points(delta, rank + at, displacement - load_points<T>(restricted_d, at));
       else
         store_points(d, at, displacement);
     });
@@ -104,7 +104,7 @@ struct SolveCoarsePatch {
     Sweep sweep;
     const Patch* patch;
     KERNEL void operator()(int b) const {
-      const bool first_iteration = sweep == Sweep::Arrival;
+      const bool first_iteration = sweep == Sweep::StoreDistances;
       if (sweep == Sweep::Backward) b = 2 * patch->batch + patch->batches - 1 - b;
       if (first_iteration && solve->prefetches && group.next >= 0)
         solve->prefetch_patch(solve->patches[group.next], b - patch->batch, patch->batches);

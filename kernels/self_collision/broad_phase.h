@@ -11,7 +11,7 @@ namespace malha {
 template <class R>
 struct BroadPhaseQuery {
   ClusterBvh<R> clusters;
-  SweptBounds<R> reach;
+  SweptBounds<R> bounds;
   R thickness;
   bool has_wire_edges;            // whether any edge belongs to no triangle
   const CrossingBodies* crosses;  // of each particle; null: no bodies intersect
@@ -142,7 +142,7 @@ struct FindCandidates {
       candidates.pad(query.pairs.padding);
       builder.patch.candidates += candidates.count < kPairBlock ? candidates.count : kPairBlock;
       for (int k = 0; k < kPairBlock; k += lanes) {
-        const S distance = min_swept_distance<kind, S>(query.reach, candidates.from(k));
+        const S distance = min_swept_distance<kind, S>(query.bounds, candidates.from(k));
         for (unsigned bits = movemask(distance <= S(query.thickness)) & candidates.valid(k, lanes); bits != 0;
              bits &= bits - 1) {
           const int l = lowest_bit(bits);
@@ -161,7 +161,7 @@ struct FindCandidates {
       for (int k = 0; k < kPairBlock; k += lanes) {
         S distance;
         load(distance_of + k, distance);
-        const S min_distance = required_distance<kind, S>(query.reach, query.thickness, near.from(k));
+        const S min_distance = required_distance<kind, S>(query.bounds, query.thickness, near.from(k));
         for (unsigned bits = movemask(distance <= min_distance) & near.valid(k, lanes); bits != 0; bits &= bits - 1) {
           const int l = lowest_bit(bits);
           pack<kind>(k + l, lane(min_distance, l));
@@ -174,7 +174,7 @@ struct FindCandidates {
     template <PairKind kind>
     KERNEL void pack(int k, R min_distance) {
       const int i[4] = {near.particles[0][k], near.particles[1][k], near.particles[2][k], near.particles[3][k]};
-      if (query.crosses == nullptr || !cross_at_both_sides<kind>(query.reach, query.crosses, i))
+      if (query.crosses == nullptr || !cross_at_both_sides<kind>(query.bounds, query.crosses, i))
         builder.add(i, min_distance);
     }
   };

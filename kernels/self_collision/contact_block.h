@@ -22,8 +22,8 @@ struct alignas(64) ContactBlock {
   R n[3][kPairBlock];          // from the other side to the one
   R w[3][kPairBlock];          // of particles 1, 2 and 3; that of particle 0 is minus their sum
   R bias[kPairBlock];          // minimum distance minus that at x0, m; minus infinity: no contact
-  R lambda[kPairBlock];        // accumulated push, kg m
-  R friction_impulse[3][kPairBlock];  // accumulated friction, kg m, at most mu lambda
+  R lambda[kPairBlock];        // accumulated push times dt, kg m
+  R friction_impulse[3][kPairBlock];  // accumulated friction times dt, kg m, at most mu lambda
 };
 
 /// Prefetches what kernels over planes read of a block: its particles, gaps and normals.

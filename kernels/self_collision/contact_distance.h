@@ -10,9 +10,9 @@
 
 namespace malha {
 
-/// The share of a contact's missing distance that is recovered in a substep of h seconds: at most a tenth, and less in
-/// substeps below 1.6 ms, so that full recovery takes at least 16 ms: otherwise short substeps would eject compressed
-/// bodies.
+/// The share of a contact's violation of its minimum distance that is recovered in a substep of h seconds: at most a
+/// tenth, and less in substeps below 1.6 ms, so that full recovery takes at least 16 ms: otherwise short substeps would
+/// eject compressed bodies.
 KERNEL double recovery_share(double h) { return min(0.1, h / 0.016); }
 
 /// Resets the contact distances, except where bodies intersect: pairs keep the distance that they have now.

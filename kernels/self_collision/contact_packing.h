@@ -14,7 +14,8 @@ struct DirectIndexMap {
   struct Map {
     int *index, *list;
     OpenBlocks* open_blocks;
-    /// Index of a particle in the list; adds it if need be. Below 0: the list is full.
+    /// Returns the index of a particle in the list, to which it is added if it is not in it. (A HashIndexMap returns a
+    /// number below 0 if the list is full.)
     KERNEL int of(int particle, int& listed) const {
       if (index[particle] < 0) index[particle] = listed, list[listed] = particle, open_blocks[listed++] = {};
       return index[particle];

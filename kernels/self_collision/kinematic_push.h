@@ -23,7 +23,7 @@ struct MarkPushing {
   KERNEL Sum operator()(int i) const {
     const Vec4<R> m = motions.moved[i];
     const bool pushes = m.w == R(0) && (m.x != R(0) || m.y != R(0) || m.z != R(0));
-    states[i] = pushes ? MotionState::Pushing : MotionState::Free;
+    states[i] = pushes ? MotionState::Pushing : MotionState::Unchanged;
     return {pushes ? 1.0 : 0.0};
   }
 };
@@ -63,9 +63,9 @@ struct PushByKinematic {
     // A little more than the required gap: rounding takes some.
     const R required = R(1.1) * required_gap(block.gap[k], rules.least);
     if (!(sides.low - sides.high < required)) return;
-    const R missing = required - (sides.low - sides.high);
-    const R low_shift = one < other ? missing : one > other ? R(0) : R(0.5) * missing;
-    const R low = sides.low + low_shift, high = sides.high - (missing - low_shift);  // of each side's plane
+    const R overlap = required - (sides.low - sides.high);
+    const R low_shift = one < other ? overlap : one > other ? R(0) : R(0.5) * overlap;
+    const R low = sides.low + low_shift, high = sides.high - (overlap - low_shift);  // of each side's plane
     for (int j = 0; j < 4; ++j) {
       Vec4<R>& m = motions.moved[i[j]];
       if (!(m.w > R(0)) || (j < first ? at[j] >= low : at[j] <= high)) continue;

@@ -3,7 +3,7 @@
 // contacts.
 #pragma once
 #include "kernels/self_collision/contact_block.h"
-#include "kernels/self_collision/self_contact.h"
+#include "kernels/self_collision/division_plane.h"
 
 namespace malha {
 
@@ -19,9 +19,9 @@ KERNEL R least_distance(const Trajectories<R>& motions, const ContactBlock<R>& b
 /// Parameters of contacts.
 template <class R>
 struct ContactParams {
-  R recovery;  // share of the missing distance that is recovered in a substep
-  R ahead;     // m: pairs that come as near beyond their minimum distance are contacts
-  R least;     // m: no gap closes below it
+  R recovery;  // share of a violation of the minimum distance that is recovered in a substep
+  R ahead;     // m: a pair that comes nearer than its minimum distance plus this is a contact
+  R least;     // m: lower bound of the gap that truncation leaves
 };
 
 /// Contact frame of one pair, computed in double.
@@ -34,8 +34,8 @@ struct ContactFrameDouble {
   KERNEL ContactFrameDouble(const Vec4<R>* x0, const ContactBlock<R>& block, int k, int first_of) : first(first_of) {
     for (int j = 0; j < 4; ++j) x[j] = in_double(x0[block.i[j][k] / kIndexScale<R>].xyz());
     double weight[4];
-    EvaluateCandidate<R>::weigh(first, x, weight);
-    const Vector3<double> apart = EvaluateCandidate<R>::between(x, weight);
+    closest_weights(first, x, weight);
+    const Vector3<double> apart = closest_offset(x, weight);
     const double exact = sqrt(dot(apart, apart));
     if (!(exact > 0)) return;
     set_frame(apart, weight);
@@ -50,8 +50,8 @@ struct ContactFrameDouble {
     Vector3<double> end[4];
     double weight[4];
     for (int j = 0; j < 4; ++j) end[j] = x[j] + in_double(moved[block.i[j][k] / kIndexScale<R>].xyz());
-    EvaluateCandidate<R>::weigh(first, end, weight);
-    const Vector3<double> end_normal = unit(EvaluateCandidate<R>::between(end, weight));
+    closest_weights(first, end, weight);
+    const Vector3<double> end_normal = unit(closest_offset(end, weight));
     set_frame(end_normal, weight);
     if (!(gap_of(x) > enough)) {
       for (int j = 0; j < 4; ++j) weight[j] = double(before.w[j]);
@@ -61,7 +61,7 @@ struct ContactFrameDouble {
         return;
       }
     }
-    gap = R(gap_of(x)), distance = R(dot(in_double(n), EvaluateCandidate<R>::between(x, weight)));
+    gap = R(gap_of(x)), distance = R(dot(in_double(n), closest_offset(x, weight)));
   }
 
  private:

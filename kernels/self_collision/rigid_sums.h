@@ -4,6 +4,7 @@
 #pragma once
 #include "kernels/forces/angular_velocity.h"
 #include "kernels/measure/motion_energy.h"
+#include "kernels/self_collision/mean_motion.h"
 #include "kernels/self_collision/truncate.h"
 
 namespace malha {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Results of checks in self-collision that a device computes in several launches and the host reads at once.
 #pragma once
+#include "kernels/self_collision/mean_motion.h"
 #include "kernels/self_collision/swept_bounds.h"
 #include "kernels/self_collision/truncate.h"
 

@@ -52,9 +52,9 @@ template <class R>
 struct BoxAround {
   Vector3<R> low, high;
   /// `share`: of the margin around the path.
-  KERNEL BoxAround(const SweptBounds<R>& reach, int i, R share) {
-    const R beyond = share * reach.from[i].w;
-    const Vector3<R> way = reach.way[i].xyz();
+  KERNEL BoxAround(const SweptBounds<R>& bounds, int i, R share) {
+    const R beyond = share * bounds.from[i].w;
+    const Vector3<R> way = bounds.way[i].xyz();
     low = {min(way.x, R(0)) - beyond, min(way.y, R(0)) - beyond, min(way.z, R(0)) - beyond};
     high = {max(way.x, R(0)) + beyond, max(way.y, R(0)) + beyond, max(way.z, R(0)) + beyond};
   }
@@ -73,7 +73,7 @@ KERNEL constexpr R within_rounding() {
 template <class R>
 struct CheckSweptBounds {
   Trajectories<R> motions;
-  SweptBounds<R> reach;
+  SweptBounds<R> bounds;
   CommonFrame<R> frame;
   const Vector3<R>* moves;  // of the frame, stored by a launch; null: frame.moves
   R share;                  // of the margin
@@ -82,8 +82,8 @@ struct CheckSweptBounds {
   KERNEL BoundsViolations operator()(int i) const {
     const Vector3<R> common = moves != nullptr ? *moves : frame.moves, own = motions.moved[i].xyz() - common;
     if (!takes_part[i] || !((own.x + own.y + own.z) * R(0) == R(0))) return {};
-    const Vector3<R> start = motions.x0[i].xyz() - reach.from[i].xyz() - frame.since;
-    const BoxAround<R> box(reach, i, share), full(reach, i, within_rounding<R>());
+    const Vector3<R> start = motions.x0[i].xyz() - bounds.from[i].xyz() - frame.since;
+    const BoxAround<R> box(bounds, i, share), full(bounds, i, within_rounding<R>());
     return {box.contains(start) && box.contains(start + own) ? 0.0 : 1.0,
             full.contains(start - (common - rest_motion)) ? 0.0 : 1.0};
   }
@@ -93,15 +93,15 @@ struct CheckSweptBounds {
 template <class R>
 struct ClampToSweptBounds {
   Trajectories<R> motions;
-  SweptBounds<R> reach;
+  SweptBounds<R> bounds;
   CommonFrame<R> frame;
   Displaced<R> p;
   const unsigned char* takes_part;
   KERNEL void operator()(int i) const {
     const Vector3<R> d = motions.moved[i].xyz();
     if (!takes_part[i] || !(motions.moved[i].w > R(0)) || !((d.x + d.y + d.z) * R(0) == R(0))) return;
-    const Vector3<R> start = motions.x0[i].xyz() - reach.from[i].xyz() - frame.since, to = start + d - frame.moves;
-    const BoxAround<R> box(reach, i, within_rounding<R>() * within_rounding<R>());
+    const Vector3<R> start = motions.x0[i].xyz() - bounds.from[i].xyz() - frame.since, to = start + d - frame.moves;
+    const BoxAround<R> box(bounds, i, within_rounding<R>() * within_rounding<R>());
     const Vector3<R> kept{within(to.x, box.low.x, box.high.x), within(to.y, box.low.y, box.high.y),
                           within(to.z, box.low.z, box.high.z)};
     if (same(kept, to)) return;
@@ -129,7 +129,7 @@ struct InitSweptBounds {
   Vector3<R> common;  // common motion in the substep, m
   R ahead;            // substeps, at most
   BroadPhaseParams<R> rules;
-  SweptBounds<R> reach;
+  SweptBounds<R> bounds;
   KERNEL void operator()(int i) const {
     const Vector3<R> x0 = motions.x0[i].xyz();
     Vector3<R> own = motions.moved[i].xyz() - common;
@@ -137,20 +137,20 @@ struct InitSweptBounds {
     const R length = sqrt(dot(own, own)), fits = rules.far / length;  // infinite for length 0
     const R substeps = fits < ahead ? max(fits, R(1)) : ahead;
     const Vector3<R> way = own * substeps;
-    reach.from[i] = {x0.x, x0.y, x0.z, rules.slack + rules.swerve * length};
-    reach.way[i] = {way.x, way.y, way.z, R(0)};
+    bounds.from[i] = {x0.x, x0.y, x0.z, rules.slack + rules.swerve * length};
+    bounds.way[i] = {way.x, way.y, way.z, R(0)};
   }
 };
 
 /// Swept boxes, wider by min_distance, relative to the first particle.
 template <class R>
 struct ComputeSweptAabbs {
-  SweptBounds<R> reach;
+  SweptBounds<R> bounds;
   R min_distance;
   Box<R>* boxes;
   KERNEL void operator()(int i) const {
-    const Vector3<R> a = reach.from[i].xyz() - reach.from[0].xyz(), b = a + reach.way[i].xyz();
-    const R m = reach.from[i].w + min_distance;
+    const Vector3<R> a = bounds.from[i].xyz() - bounds.from[0].xyz(), b = a + bounds.way[i].xyz();
+    const R m = bounds.from[i].w + min_distance;
     boxes[i] = {{min(a.x, b.x) - m, min(a.y, b.y) - m, min(a.z, b.z) - m, R(0)},
                 {max(a.x, b.x) + m, max(a.y, b.y) + m, max(a.z, b.z) + m, R(0)}};
   }

@@ -25,9 +25,9 @@ KERNEL CrossingBodies crossing_bit(int one, int other) {
 /// Returns true if both sides of a pair have a particle where their bodies intersect: such pairs are left out so that
 /// the bodies can separate.
 template <PairKind kind, class R>
-KERNEL bool cross_at_both_sides(const SweptBounds<R>& reach, const CrossingBodies* crossing, const int (&scaled)[4]) {
+KERNEL bool cross_at_both_sides(const SweptBounds<R>& bounds, const CrossingBodies* crossing, const int (&scaled)[4]) {
   const auto particle = [&](int j) KERNEL_LAMBDA { return scaled[j] / kIndexScale<R>; };
-  const CrossingBodies both = crossing_bit(int(reach.rest[particle(0)].w), int(reach.rest[particle(3)].w));
+  const CrossingBodies both = crossing_bit(int(bounds.rest[particle(0)].w), int(bounds.rest[particle(3)].w));
   CrossingBodies one = 0, other = 0;
   for (int j = 0; j < 4; ++j) (j < first_side(kind) ? one : other) |= crossing[particle(j)];
   return (one & other & both) != 0;
@@ -40,11 +40,11 @@ struct PairIndices {
 
 /// Lower bound of the distance of as many pairs as a pack has lanes.
 template <PairKind kind, class S, class R>
-KERNEL S min_swept_distance(const SweptBounds<R>& reach, const PairIndices& at) {
+KERNEL S min_swept_distance(const SweptBounds<R>& bounds, const PairIndices& at) {
   const S zero(R(0));
   Vector3<S> x[4];
   S margin[4], unused, w[4];
-  for (int j = 0; j < 4; ++j) gather_rows(reach.from, at.of[j], x[j], margin[j]);
+  for (int j = 0; j < 4; ++j) gather_rows(bounds.from, at.of[j], x[j], margin[j]);
   weigh<kind>(x, w);
   const Vector3<S> apart = closest_difference(x, w);
   const Vector3<S> n = apart * (S(R(1)) / sqrt(dot(apart, apart)));
@@ -53,7 +53,7 @@ KERNEL S min_swept_distance(const SweptBounds<R>& reach, const PairIndices& at) 
   S side[4], size2 = zero;
   for (int j = 0; j < 4; ++j) {
     Vector3<S> way;
-    gather_rows(reach.way, at.of[j], way, unused);
+    gather_rows(bounds.way, at.of[j], way, unused);
     const Vector3<S> from = x[j] - x[0], along{n.x * way.x, n.y * way.y, n.z * way.z};
     size2 = max(size2, dot(from, from));
     if (j < first_side(kind))
@@ -68,10 +68,10 @@ KERNEL S min_swept_distance(const SweptBounds<R>& reach, const PairIndices& at) 
 
 /// The distance that pairs must keep: the thickness, or half of their distance at rest within a body if that is less.
 template <PairKind kind, class S, class R>
-KERNEL S required_distance(const SweptBounds<R>& reach, R thickness, const PairIndices& at) {
+KERNEL S required_distance(const SweptBounds<R>& bounds, R thickness, const PairIndices& at) {
   Vector3<S> x[4];
   S body[4], w[4];
-  for (int j = 0; j < 4; ++j) gather_rows(reach.rest, at.of[j], x[j], body[j]);
+  for (int j = 0; j < 4; ++j) gather_rows(bounds.rest, at.of[j], x[j], body[j]);
   weigh<kind>(x, w);
   const Vector3<S> at_rest = closest_difference(x, w);
   const S min_distance(thickness);

@@ -4,24 +4,26 @@
 // plane of normal n is between its sides at the end as at the start: every particle moves along a line, so that an
 // interpolated plane separates the sides at every time between. If a pair violates this, the displacements of its
 // particles are truncated, each to its side's half of the gap. Pairs that this causes to violate are truncated next,
-// until none is left. In the spirit of Chen et al., "Offset Geometric Contact" (2025), but with planes, not balls, so
-// that layers slide freely, and only where a pair would intersect, so that a common motion is not slowed down.
+// until none is left. This follows the truncation of Chen et al., "Offset Geometric Contact" (2025), with two changes:
+// a displacement is bounded by planes, not by a ball, so that layers slide freely; and only pairs that would intersect
+// are truncated, so that a motion that all particles have in common is not slowed down.
 #pragma once
 #include "kernels/self_collision/narrow_phase.h"
 
 namespace malha {
 
-/// State of a particle in the final guard. Pushing: it is fixed and moves, or a push has moved it, and so it pushes
-/// others out of its way; Truncating: its truncation is being computed; Truncated: done; Kinematic: it moves with a
-/// fixed one.
-enum class MotionState : unsigned char { Free, Pushing, Truncating, Truncated, Kinematic };
+/// State of a particle in the final guard of a substep. Unchanged: the guard has not touched it. Pushing: it is a
+/// moving fixed particle, or a push has moved it, and it pushes others out of its way. Truncating: its truncation is
+/// being computed. Truncated: its displacement is truncated. Kinematic: it moves with a fixed particle. The order
+/// counts: a particle before Truncated can still be truncated.
+enum class MotionState : unsigned char { Unchanged, Pushing, Truncating, Truncated, Kinematic };
 
-/// Number of pairs that would intersect: those that truncation can still resolve (`free`), and those with fixed
-/// particles alone (`fixed`).
+/// Number of pairs that would intersect. `resolvable`: pairs that truncation can still resolve. `immovable`: pairs
+/// whose particles are all fixed, which it cannot.
 struct ViolationCount {
-  int free = 0, fixed = 0;
+  int resolvable = 0, immovable = 0;
   KERNEL ViolationCount& operator+=(const ViolationCount& o) {
-    free += o.free, fixed += o.fixed;
+    resolvable += o.resolvable, immovable += o.immovable;
     return *this;
   }
 };
@@ -48,7 +50,8 @@ struct FindViolations {
       violations[group.index] = {};
       return;
     }
-    const bool reads_most = max_closing > R(10) * rules.ahead;  // of the blocks, if they move by about the thickness
+    const bool reads_most =
+        max_closing > R(10) * rules.ahead;  // if particles move by about the thickness, most blocks are read
     violations[group.index] = group.reduce(
         patch.all(), ViolationCount{},
         [&](int k) KERNEL_LAMBDA {
@@ -59,7 +62,8 @@ struct FindViolations {
   }
 
  private:
-  /// Upper bound of the motion by which any gap of the patch can close, m.
+  /// Upper bound of the length by which any gap of the patch can close in the substep (m): twice the largest
+  /// displacement relative to the first particle, because both sides of a pair move.
   template <class Group>
   KERNEL R max_closing_motion(const Group& group, const PairPatch& patch) const {
     const int* const of = pairs.patch_particles + patch.particles_begin;
@@ -85,7 +89,7 @@ struct FindViolations {
       const int k = lowest_bit(bits);
       const ViolationCount one = violations_of(block, k);
       count += one;
-      if (one.free > 0 && adds && !(pairs.bits[b].near >> k & 1)) add(block, k, section, pairs.bits[b]);
+      if (one.resolvable > 0 && adds && !(pairs.bits[b].near >> k & 1)) add(block, k, section, pairs.bits[b]);
     }
     return count;
   }
@@ -120,16 +124,16 @@ struct FindViolations {
     return found;
   }
 
-  /// The count of one violating pair: nothing if all its free particles are truncated.
+  /// The count of one violating pair: none if all its movable particles are truncated already.
   KERNEL ViolationCount violations_of(const ContactBlock<R>& block, int k) const {
-    int fixed = 1;
+    int immovable = 1;
     for (int j = 0; j < 4; ++j) {
       const int i = block.i[j][k] / kIndexScale<R>;
       if (!(motions.moved[i].w > R(0))) continue;
       if (states == nullptr || states[i] < MotionState::Truncated) return {1, 0};
-      fixed = 0;
+      immovable = 0;
     }
-    return {0, fixed};
+    return {0, immovable};
   }
 
   KERNEL void add(ContactBlock<R>& block, int k, int section, PairBits& bits) const {
@@ -140,8 +144,8 @@ struct FindViolations {
     const ContactFrameDouble<R> exact(motions.x0, block, k, first_side_of(section));
     block.n[0][k] = exact.n.x, block.n[1][k] = exact.n.y, block.n[2][k] = exact.n.z;
     for (int j = 0; j < 3; ++j) block.w[j][k] = exact.w[1 + j];
-    const R missing = least_distance(motions, block, k) - exact.distance;
-    block.bias[k] = missing > R(0) ? rules.recovery * missing : missing;
+    const R violation = least_distance(motions, block, k) - exact.distance;
+    block.bias[k] = violation > R(0) ? rules.recovery * violation : violation;
   }
   KERNEL static void clear(ContactBlock<R>& block, int k) {
     for (int j = 0; j < 3; ++j) block.w[j][k] = block.friction_impulse[j][k] = R(0);
@@ -153,7 +157,7 @@ struct FindViolations {
 /// threads of a block share the pairs.
 template <class R, class Group, class F>
 KERNEL void for_each_crossing(const Group& group, const Pairs<R>& pairs, const ViolationCount* violations, const F& f) {
-  if (violations[group.index].free == 0) return;
+  if (violations[group.index].resolvable == 0) return;
   const PairPatch patch = pairs.patches[group.index];
   group.for_each(patch.all(), [&](int of) KERNEL_LAMBDA {
     const int b = patch.begin + of, section = patch.section_of(of);
@@ -182,7 +186,7 @@ struct MarkViolating {
   Pairs<R> pairs;
   const ViolationCount* violations;
   MotionState* states;
-  R* fraction;  // of its displacement, that a particle may keep
+  R* fraction;  // the fraction of its displacement that each particle keeps
   template <class Group>
   KERNEL void operator()(const Group& group) const {
     for_each_crossing(group, pairs, violations, [&](const ContactBlock<R>& block, int k, int) KERNEL_LAMBDA {
@@ -225,7 +229,7 @@ struct ComputeTruncation {
   KERNEL void limit_fraction(const ContactBlock<R>& block, int k) const {
     using S = Lane<R, Isa>;
     constexpr int lanes = kLanes<R, Isa>, first = first_side(kind);
-    unsigned truncating[4], any = 0;  // a bit a lane
+    unsigned truncating[4], any = 0;  // a bit for each lane
     for (int j = 0; j < 4; ++j) {
       truncating[j] = 0;
       for (int l = 0; l < lanes; ++l)

@@ -109,17 +109,17 @@ TEST_P(DeviceQueriesOf, ASphereAnswerMostAndLeaveTheHostsAnswersUnchanged) {
   constexpr int count = 1000;
   NearASurface lists(surface, count, GetParam()), host(other, count, GetParam());
   Random one(3), same_one(3);
-  int left = 0, looks = 0;
+  int left = 0, queries = 0;
   for (int substep = 0; substep < 30; ++substep) {
     // one substep in ten has a large displacement
     const double way = substep % 10 == 9 ? 3 * kSphereThickness : 0.02 * kSphereThickness;
     lists.move(way, one), host.move(way, same_one);
     const int now = lists.find(true);
     EXPECT_EQ(host.find(false), count);
-    if (substep % 10 > 1) left += now, looks += count;
+    if (substep % 10 > 1) left += now, queries += count;
     ASSERT_NO_FATAL_FAILURE(lists.expect_as(host)) << substep;
   }
-  EXPECT_LT(left, looks / 3) << "after the first looks, in which cells are made";
+  EXPECT_LT(left, queries / 3) << "after the first queries, in which cells are made";
 }
 
 INSTANTIATE_TEST_SUITE_P(Kinds, DeviceQueriesOf, testing::Values(Sides::Solid, Sides::OneSided, Sides::TwoSided));

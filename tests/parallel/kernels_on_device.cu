@@ -7,7 +7,7 @@
 #include "kernels/environment/broad_phase.h"
 #include "kernels/environment/clearance.h"
 #include "kernels/environment/contact.h"
-#include "kernels/environment/edge_contact.h"
+#include "kernels/environment/edge_detection.h"
 #include "kernels/environment/edge_truncate.h"
 #include "kernels/environment/point_triangle_batch.h"
 #include "kernels/environment/triangle_octree.h"

@@ -246,8 +246,8 @@ class Attacks {
 };
 
 struct Outcome {
-  int met = 0;             // scenes in which bodies came into contact
-  int driven_through = 0;  // scenes in which pins penetrated a body, which is reported
+  int met = 0;                             // scenes in which bodies came into contact
+  int substeps_kinematic_penetration = 0;  // scenes in which pins penetrated a body, which is reported
 };
 
 Outcome attack(int kind, unsigned first, unsigned scenes, int steps) {
@@ -272,8 +272,9 @@ Outcome attack(int kind, unsigned first, unsigned scenes, int steps) {
       }
       if (now == 0) continue;
       EXPECT_TRUE(held) << now << " crossings in step " << step;
-      EXPECT_GT(simulation.solver().facts().self->driven_through, 0) << now << " crossings in step " << step;
-      ++outcome.driven_through;
+      EXPECT_GT(simulation.solver().facts().self->substeps_kinematic_penetration, 0)
+          << now << " crossings in step " << step;
+      ++outcome.substeps_kinematic_penetration;
       break;
     }
     outcome.met += contacts > 0;
@@ -292,13 +293,15 @@ TEST_P(RandomCollisionsOf, ManyScenesIntersectNothing) {
 #endif
   const Outcome outcome = attack(GetParam(), 0, scenes, 20);
   EXPECT_GT(outcome.met, scenes / 2);
-  EXPECT_LE(outcome.driven_through, std::max(2, scenes / 8));  // of a dozen scenes, two may be by chance
+  EXPECT_LE(outcome.substeps_kinematic_penetration,
+            std::max(2, scenes / 8));  // of a dozen scenes, two may be by chance
 }
 
 TEST_P(RandomCollisionsOf, DISABLED_FourHundredScenesIntersectNothing) {
   const Outcome outcome = attack(GetParam(), 1000, 400, 30);
   EXPECT_GT(outcome.met, 200);
-  std::printf("%s: %d met, %d were driven through\n", kNames[GetParam()], outcome.met, outcome.driven_through);
+  std::printf("%s: %d met, %d were driven through\n", kNames[GetParam()], outcome.met,
+              outcome.substeps_kinematic_penetration);
 }
 
 INSTANTIATE_TEST_SUITE_P(Kinds, RandomCollisionsOf, testing::Range(0, kKinds), [](const auto& info) {

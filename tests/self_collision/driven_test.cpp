@@ -42,17 +42,17 @@ TEST(KinematicPush, PinsThatPenetratePinsAreReportedAlsoByAResumedRun) {
     simulation.step(), simulation.count_crossings();
     const auto& self = *simulation.solver().facts().self;
     if (simulation.measure().crossings > 0) {
-      EXPECT_GT(self.driven_through, 0) << "step " << step;
+      EXPECT_GT(self.substeps_kinematic_penetration, 0) << "step " << step;
     }
   }
-  const std::int64_t said = simulation.solver().facts().self->driven_through;
+  const std::int64_t said = simulation.solver().facts().self->substeps_kinematic_penetration;
   EXPECT_GT(said, 0);
   EXPECT_GT(simulation.times().most_crossings, 0);
   simulation.save_checkpoint(path);
   Simulation resumed(scene, {.threads = 1});
   resumed.load_checkpoint(path);
   resumed.step();
-  EXPECT_GE(resumed.solver().facts().self->driven_through, said);
+  EXPECT_GE(resumed.solver().facts().self->substeps_kinematic_penetration, said);
   EXPECT_EQ(resumed.times().most_crossings, simulation.times().most_crossings);
   EXPECT_EQ(resumed.times().crossings_counted, 30);
 }
@@ -66,7 +66,7 @@ TEST(KinematicPush, PinsPushFreeParticlesAndPenetrateNothing) {
       simulation.step();
       ASSERT_EQ(simulation.measure().crossings, 0) << "step " << step << (release ? ", pins are let go" : "");
     }
-    EXPECT_EQ(simulation.solver().facts().self->driven_through, 0);
+    EXPECT_EQ(simulation.solver().facts().self->substeps_kinematic_penetration, 0);
     double lowest = 1;
     for (int i = 0; i < 49; ++i) lowest = std::min(lowest, simulation.positions()[i][1]);
     EXPECT_GT(lowest, 0.45) << "the upper sheet, which the lower one carried up from 0 to 0.5 m";

@@ -48,7 +48,7 @@ std::int64_t most_crossings(const Scene& scene, int steps, std::int64_t& held) {
     simulation.step();
     most = std::max(most, static_cast<std::int64_t>(simulation.measure().crossings));
   }
-  held += simulation.solver().facts().self->held;
+  held += simulation.solver().facts().self->substeps_truncated;
   return most;
 }
 

@@ -88,7 +88,7 @@ Collided collide(unsigned seed, const std::vector<ConstraintSpec>& constraints, 
       contacts += now.self_contacts, before = now;
     }
     EXPECT_EQ(before.crossings, 0);
-    found.held += simulation.solver().facts().self->held;
+    found.held += simulation.solver().facts().self->substeps_truncated;
     found.touching += contacts > 0 ? 1 : 0, ++found.scenes;
   }
   return found;
@@ -158,7 +158,7 @@ TEST(Jammed, WhatPinsPushIsNotMuchFasterThanThePins) {
       simulation.step();
       EXPECT_LE(simulation.measure().speed_max, 2 * fastest) << "scene " << k << ", step " << step;
     }
-    held += simulation.solver().facts().self->held;
+    held += simulation.solver().facts().self->substeps_truncated;
   }
   EXPECT_GT(held, 300);
 }
@@ -197,7 +197,7 @@ TEST(Jammed, ARoundOfPushesIsNotRepeatedWithoutEndAndTheRunReportsWhatStaysJamme
       if (one.kernel.starts_with("ApplyDisplacements")) rounds += one.launches;
     EXPECT_GT(rounds, 1 + 8) << "it jams";
     EXPECT_LE(rounds, 1 + 8 + 8 + 16) << "seed " << seed;
-    EXPECT_GT(simulation.solver().facts().self->driven_through, 0);
+    EXPECT_GT(simulation.solver().facts().self->substeps_kinematic_penetration, 0);
   }
 }
 

@@ -273,7 +273,7 @@ void look_inside(const InsideScene& made, int steps, Insides& found) {
     deepest = deepest_in(made, simulation);
     EXPECT_EQ(deepest, 0) << "step " << step;
   }
-  const bool through = simulation.solver().facts().self->driven_through > 0;
+  const bool through = simulation.solver().facts().self->substeps_kinematic_penetration > 0;
   EXPECT_TRUE(crossings == 0 || through) << crossings << " crossings that nothing said";
   found.met += met, found.through += through, found.inside += deepest > 0, found.crossed += crossings > 0;
 }

@@ -61,7 +61,7 @@ TEST(SelfCollision, ContactsConserveMomentum) {
   for (int step = 0; step < 20; ++step) simulation.step(), contacts += simulation.measure().self_contacts;
   const Measures after = simulation.measure();
   EXPECT_GT(contacts, 10);
-  EXPECT_EQ(simulation.solver().facts().self->held, 0);
+  EXPECT_EQ(simulation.solver().facts().self->substeps_truncated, 0);
   // 0.05 kg at 1 m/s, rounded some thousand times.
   for (int k = 0; k < 3; ++k) EXPECT_NEAR(after.momentum[k], before.momentum[k], 1e-13);
   EXPECT_EQ(after.crossings, 0);
@@ -145,7 +145,7 @@ TEST(SelfCollision, WhatJamsFallsAsAnythingElse) {
   solver->restore(save_state(state));
   for (int step = 0; step < 3; ++step) solver->step();
   const Measures m = solver->measure();
-  EXPECT_GT(solver->facts().self->held, 0);
+  EXPECT_GT(solver->facts().self->substeps_truncated, 0);
   EXPECT_EQ(m.crossings, 0);
   const double fallen[] = {0, 0.2 * -9.81 * 3 / 60, 0};
   for (int k = 0; k < 3; ++k) EXPECT_NEAR(m.momentum[k], fallen[k], 1e-13);  // rounding of some 30 substeps
@@ -195,8 +195,8 @@ TEST(SelfCollision, TruncationKeepsMomenta) {
     const auto before = momenta_of(model, simulation.positions(), simulation.velocities());
     simulation.step();
     const auto after = momenta_of(model, simulation.positions(), simulation.velocities());
-    if (simulation.solver().facts().self->held == held) continue;
-    held = simulation.solver().facts().self->held;
+    if (simulation.solver().facts().self->substeps_truncated == held) continue;
+    held = simulation.solver().facts().self->substeps_truncated;
     for (int k = 0; k < 3; ++k) {
       EXPECT_NEAR(after[0][k], before[0][k], 1e-12) << "step " << step;
       EXPECT_NEAR(after[1][k], before[1][k], 0.05 * length(before[1])) << "step " << step;

@@ -150,22 +150,24 @@ Json contact_row(const ContactCase& which, const ContactRun& line, double gb_per
   const auto steps = static_cast<double>(line.simulation.steps() - line.first);
   const double n = model.count(), each = facts.near > 0 ? static_cast<double>(facts.near_bytes) / facts.near : 0;
   const double meshes = static_cast<double>(model.scene.environment.size());
-  return {{"case", which.name},
-          {"particles", model.count()},
-          {"threads", line.threads},
-          {"contact_ns_per_particle_and_substep", median(line.contact)},
-          {"step_ms", median(line.step)},
-          {"processor_ms_per_step", median(line.processor)},
-          {"list_looks_per_step",
-           static_cast<double>(facts.looks - line.at_start.looks - facts.queries + line.at_start.queries) / steps},
-          {"full_queries_per_step", static_cast<double>(facts.queries - line.at_start.queries) / steps},
-          {"near_particles", facts.near},
-          {"bytes_per_far_particle", static_cast<double>(facts.far_bytes) / (n * meshes)},
-          {"bytes_per_near_particle", each + static_cast<double>(facts.far_bytes) / (n * meshes)},
-          {"bytes_of_lists", facts.cell_bytes},
-          {"floor_ns_per_particle_and_substep", floor_bytes(line, facts) / gb_per_s},
-          {"bullet_ms_per_step", std::isnan(bullet) ? Json() : Json(bullet)},
-          {"state_hash_after_warm_up", line.hash_after_warm_up}};
+  return {
+      {"case", which.name},
+      {"particles", model.count()},
+      {"threads", line.threads},
+      {"contact_ns_per_particle_and_substep", median(line.contact)},
+      {"step_ms", median(line.step)},
+      {"processor_ms_per_step", median(line.processor)},
+      {"list_queries_per_step", static_cast<double>(facts.closest_point_queries - line.at_start.closest_point_queries -
+                                                    facts.full_queries + line.at_start.full_queries) /
+                                    steps},
+      {"full_queries_per_step", static_cast<double>(facts.full_queries - line.at_start.full_queries) / steps},
+      {"near_particles", facts.near},
+      {"bytes_per_far_particle", static_cast<double>(facts.far_bytes) / (n * meshes)},
+      {"bytes_per_near_particle", each + static_cast<double>(facts.far_bytes) / (n * meshes)},
+      {"bytes_of_lists", facts.cell_bytes},
+      {"floor_ns_per_particle_and_substep", floor_bytes(line, facts) / gb_per_s},
+      {"bullet_ms_per_step", std::isnan(bullet) ? Json() : Json(bullet)},
+      {"state_hash_after_warm_up", line.hash_after_warm_up}};
 }
 
 std::string printed_contact(const Json& row) {
@@ -173,7 +175,7 @@ std::string printed_contact(const Json& row) {
   return formatted("%-17s %7.0f %3.0f %9.1f %7.1f %9.2f %9.2f %9.0f %9.0f %7.0f %6.0f %6.0f %8.2f %9s\n",
                    row["case"].get<std::string>().c_str(), number("particles"), number("threads"),
                    number("contact_ns_per_particle_and_substep"), number("floor_ns_per_particle_and_substep"),
-                   number("step_ms"), number("processor_ms_per_step"), number("list_looks_per_step"),
+                   number("step_ms"), number("processor_ms_per_step"), number("list_queries_per_step"),
                    number("full_queries_per_step"), number("near_particles"), number("bytes_per_far_particle"),
                    number("bytes_per_near_particle"), number("bytes_of_lists") / (1 << 20),
                    row["bullet_ms_per_step"].is_null() ? "-" : formatted("%.0f", number("bullet_ms_per_step")).c_str());

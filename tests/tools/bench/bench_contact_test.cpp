@@ -23,7 +23,7 @@ TEST(BenchContact, MeasuresTimeQueriesAndBytes) {
     EXPECT_EQ(row["case"], k < 2 ? "ramp" : "rotating_sphere");
     EXPECT_GT(row["contact_ns_per_particle_and_substep"], 0);
     EXPECT_GT(row["floor_ns_per_particle_and_substep"], 0);
-    EXPECT_GT(row["list_looks_per_step"], row["full_queries_per_step"].get<double>());
+    EXPECT_GT(row["list_queries_per_step"], row["full_queries_per_step"].get<double>());
     EXPECT_LE(row["bytes_per_far_particle"], 24);
     EXPECT_LE(row["bytes_per_near_particle"], 400);
     EXPECT_EQ(row["state_hash_after_warm_up"], rows[k / 2 * 2]["state_hash_after_warm_up"]);

@@ -85,7 +85,7 @@ Json row_of(const SelfCase& of, const TimedRun& line) {
           {"bytes_per_particle", static_cast<double>(facts.collision_bytes) / particles},
           {"searches_per_substep", static_cast<double>(facts.self->searches) / substeps},
           {"substeps", substeps},
-          {"substeps_truncated", facts.self->held},
+          {"substeps_truncated", facts.self->substeps_truncated},
           {"strain_rms", m.strain_rms},
           {"max_intersections", std::max(line.simulation.times().most_crossings, m.crossings)},
           {"state_hash", line.hash}};

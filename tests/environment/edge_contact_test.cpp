@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Contacts between deformable bodies: their division planes, constraint and gradient.
-#include "kernels/self_collision/self_contact.h"
+#include "kernels/environment/edge_contact.h"
 
 #include <gtest/gtest.h>
 
@@ -15,7 +15,7 @@ namespace {
 // The division planes of a pair are as far apart as its closest points. Where their normal was tilted, as one from
 // differences in float was by 1e-5, the far ends of the primitives could come nearer in every substep: a cloth that was
 // pressed together crept through itself in 200 of them.
-TEST(SelfContact, HasPlanesThatSeparateWhatIsAThousandthOfItsSizeApart) {
+TEST(EdgeContact, HasPlanesThatSeparateWhatIsAThousandthOfItsSizeApart) {
   Random random(1);
   for (int trial = 0; trial < 1000; ++trial) {
     // Two edges of some 3 cm across each other, 30 micrometres apart, a third of a metre from the origin.
@@ -29,11 +29,11 @@ TEST(SelfContact, HasPlanesThatSeparateWhatIsAThousandthOfItsSizeApart) {
     ScatteredArray<Serial, float> points(x), still(4);
     points.upload_fourth(std::vector<float>(4, INFINITY));
     std::vector<Box<float>> boxes(4);
-    const ParticleBounds<float> reaches{points.points(), still.points(), 1e-3f, boxes.data()};
-    for (int i = 0; i < 4; ++i) ComputeParticleBounds<float>{reaches}(i);
+    const ParticleBounds<float> bounds{points.points(), still.points(), 1e-3f, boxes.data()};
+    for (int i = 0; i < 4; ++i) ComputeParticleBounds<float>{bounds}(i);
     const Candidate pair{{~0, 1, 2, 3}};
-    SelfContact<float> contact;
-    ASSERT_TRUE((EvaluateCandidate<float>{&pair, reaches, {1e-3f, 0.1f}}(pair, contact)));
+    EdgeContact<float> contact;
+    ASSERT_TRUE((EvaluateCandidate<float>{&pair, bounds, {1e-3f, 0.1f}}(pair, contact)));
     // Along the normal as it is stored: every end of the one side is above every end of the other by the gap.
     const std::vector<Vec3> stored = points.download();
     double low = INFINITY, high = -INFINITY;
@@ -51,19 +51,19 @@ TEST(SelfContact, HasPlanesThatSeparateWhatIsAThousandthOfItsSizeApart) {
 }
 
 /// A contact of the pair, whose primitives belong to two bodies, at any position.
-SelfContact<double> contact_of(const Candidate& pair, const std::vector<Vec3>& x) {
+EdgeContact<double> contact_of(const Candidate& pair, const std::vector<Vec3>& x) {
   ScatteredArray<Serial, double> points(x), still(4);
   points.upload_fourth(std::vector<double>(4, INFINITY));
   std::vector<Box<double>> boxes(4);
-  const ParticleBounds<double> reaches{points.points(), still.points(), 10, boxes.data()};
-  SelfContact<double> contact;
-  EXPECT_TRUE((EvaluateCandidate<double>{&pair, reaches, {10, 0.1}}(pair, contact)));
+  const ParticleBounds<double> bounds{points.points(), still.points(), 10, boxes.data()};
+  EdgeContact<double> contact;
+  EXPECT_TRUE((EvaluateCandidate<double>{&pair, bounds, {10, 0.1}}(pair, contact)));
   return contact;
 }
 
 // C = distance of the closest points - thickness. Where they slide along the primitives, C does not change to first
 // order, so that its gradient is the weight of each particle times the normal: inside, on edges and at corners alike.
-TEST(SelfContact, PushesAlongTheGradientOfTheDistance) {
+TEST(EdgeContact, PushesAlongTheGradientOfTheDistance) {
   Random random(2);
   constexpr double kStep = 1e-6;
   for (const Candidate& pair : {Candidate{{0, 1, 2, 3}}, Candidate{{~0, 1, 2, 3}}})
@@ -75,7 +75,7 @@ TEST(SelfContact, PushesAlongTheGradientOfTheDistance) {
       }
       // Only the thickness lies between the closest points' weights and n: distance = thickness - bias / recovery.
       const auto distance = [&](const std::vector<Vec3>& at) { return 10 - contact_of(pair, at).bias / 0.1; };
-      const SelfContact<double> contact = contact_of(pair, x);
+      const EdgeContact<double> contact = contact_of(pair, x);
       if (distance(x) < 0.05) continue;  // curvature 1 / distance: the difference below leaves an error of 1e-9
       for (int j = 0; j < 4; ++j)
         for (int k = 0; k < 3; ++k) {
