@@ -15,7 +15,7 @@ struct SpringView {
   const int* begin;           // first slot of each pack, and the number of slots
   const int* other;           // 16 per slot: the particle at the other end, times kIndexScale
   const R *stiffness, *rest;  // 16 per slot: N/m, m
-  const R* load;              // mass of each particle whose weight is filtered, otherwise 0
+  const R* filtered_mass;     // mass of each particle whose weight is filtered, otherwise 0
   Vector3<R> gravity;         // m/s^2
 };
 
@@ -38,11 +38,11 @@ template <class R>
 struct FilteredMotion {
   Particles<R> particles;
   Points<R> acceleration;
-  const R* load;
+  const R* filtered_mass;
   R dt;
   Vector3<R> gravity;
   KERNEL Vector3<R> velocity(int i) const {
-    const bool direct = particles.w[i] > R(0) && !(load[i] > R(0));
+    const bool direct = particles.w[i] > R(0) && !(filtered_mass[i] > R(0));
     const Vector3<R> a = acceleration[i] + gravity * (direct ? R(1) : R(0));
     return particles.v[i] + a * dt;
   }
@@ -76,7 +76,7 @@ KERNEL S rest_over_length(const Vector3<S>& d, S l) {
 template <class S, class R>
 KERNEL Vector3<S> weight(const SpringView<R>& springs, int first) {
   S m;
-  load(springs.load + first, m);
+  load(springs.filtered_mass + first, m);
   return Vector3<S>{S(springs.gravity.x), S(springs.gravity.y), S(springs.gravity.z)} * m;
 }
 

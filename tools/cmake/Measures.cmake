@@ -25,7 +25,7 @@ if(BULLET_FOUND)
   target_link_libraries(malha_bench PRIVATE ${BULLET_LIBRARIES})
 endif()
 if(OPENBLAS_FOUND)
-  set_source_files_properties(tools/bench/filter/contest.cpp PROPERTIES COMPILE_DEFINITIONS MALHA_HAS_OPENBLAS)
+  set_source_files_properties(tools/bench/filter/filter_case.cpp PROPERTIES COMPILE_DEFINITIONS MALHA_HAS_OPENBLAS)
   set_source_files_properties(tools/bench/peers/openblas.cpp PROPERTIES COMPILE_DEFINITIONS
     "OPENBLAS_FILE=\"${OPENBLAS_LIBRARY}\"")  # loaded by the benchmark only
   target_include_directories(malha_bench SYSTEM PRIVATE ${OPENBLAS_INCLUDE_DIR})
