@@ -39,7 +39,8 @@ list(FILTER study_sources EXCLUDE REGEX "/tools/study/reference/")
 add_library(malha_study STATIC ${study_sources})
 # Several files are compiled together, as in the tests: parsing the headers takes longer than the rest of a file.
 set_target_properties(malha_study PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 12)
-target_link_libraries(malha_study PUBLIC malha malha_bench malha_reference nlohmann_json::nlohmann_json PRIVATE Eigen3::Eigen OpenMP::OpenMP_CXX)
+target_link_libraries(malha_study PUBLIC malha malha_bench malha_reference nlohmann_json::nlohmann_json
+                                  PRIVATE Eigen3::Eigen OpenMP::OpenMP_CXX)
 
 file(GLOB measures_sources CONFIGURE_DEPENDS "${PROJECT_SOURCE_DIR}/tools/measures/*.cpp")
 add_executable(malha_measures ${measures_sources})

@@ -61,12 +61,11 @@ void add_projection(CLI::App& bench, BenchArguments& arguments) {
               "Mesh of the cloth, grid or irregular; both if not given, but only the grid if --n is given");
   add_measuring(*projection, arguments, options, bench::run_projection, check_sizes);
   projection->footer(
-      "A cloth of 2 m and 1 kg hangs by one side. Its mesh is a grid with both diagonals of every cell, or an "
-      "irregular\n"
-      "triangle mesh whose vertices are listed in random order. malha simulates it with 10 substeps of 1 iteration\n"
-      "(10x1) and with 1 substep of 10 iterations (1x10), Bullet with 10 iterations. Each runs 60 steps before it is\n"
-      "measured. Then all of them, on every number of threads, are measured in turns, so that other load on the\n"
-      "machine slows them alike and their ratios still hold.\n\n"
+      "A cloth of 2 m and 1 kg hangs by one side. Its mesh is a grid with both diagonals of every cell, or an\n"
+      "irregular triangle mesh whose vertices are listed in random order. malha simulates it with 10 substeps of 1\n"
+      "iteration (10x1) and with 1 substep of 10 iterations (1x10), Bullet with 10 iterations. Each runs 60 steps\n"
+      "before it is measured. Then all of them, on every number of threads, are measured in turns, so that other\n"
+      "load on the machine slows them alike and their ratios still hold.\n\n"
       "The time of a projection is that of whole steps, divided by constraints x substeps x iterations. The table\n"
       "compares it with a lower bound from memory bandwidth and arithmetic (the floor). It also has the strain and a\n"
       "hash of the state, because a faster step is worth less if it leaves the cloth more stretched.\n\n"
@@ -90,10 +89,9 @@ void add_filter(CLI::App& bench, BenchArguments& arguments) {
            "What to measure: dense, sparse, step (below); all if not given, but not step if --n is given");
   add_measuring(*filter, arguments, options, bench::run_filter);
   filter->footer(
-      "A cloth of 2 m and 1 kg hangs by one row. Its springs of 1e4 N/m lie along the edges and diagonals of a grid, "
-      "and\n"
-      "a step is 1/60 s. Desbrun's filter multiplies forces by S = (M - dt^2 H)^-1. --kernel chooses what is "
-      "measured:\n\n"
+      "A cloth of 2 m and 1 kg hangs by one row. Its springs of 1e4 N/m lie along the edges and diagonals of a\n"
+      "grid, and a step is 1/60 s. Desbrun's filter multiplies forces by S = (M - dt^2 H)^-1. --kernel chooses what\n"
+      "is measured:\n\n"
       "  dense   S stored as a symmetric matrix in float, double and int16, for at most 25,000 unknowns; and sgemm,\n"
       "          ssymm and three ssymv of OpenBLAS, each with the memory layout in which it is fastest\n"
       "  sparse  S stored as a Cholesky factor of its inverse, in float and double\n"
@@ -120,11 +118,10 @@ void add_self(CLI::App& bench, BenchArguments& arguments) {
            "Cases: " + join(bench::self_case_names()) + ";\nall if not given, but only stack if --n is given");
   add_measuring(*self, arguments, options, bench::run_self);
   self->footer(
-      "The cases are layers of cloth that slide on each other, a heap, a cloth that falls over a ball, a twisted "
-      "cloth, a\n"
-      "crumpled one, and two balls. Layers are measured for as long as --seconds says, the other motions from their\n"
-      "start to their end. The numbers of threads are measured in turns, so that their ratios hold even if other\n"
-      "programs use the machine.\n\n"
+      "The cases are layers of cloth that slide on each other, a heap, a cloth that falls over a ball, a twisted\n"
+      "cloth, a crumpled one, and two balls. Layers are measured for as long as --seconds says, the other motions\n"
+      "from their start to their end. The numbers of threads are measured in turns, so that their ratios hold even\n"
+      "if other programs use the machine.\n\n"
       "The folder gets the table (self.txt), its rows (self.json) and a description of the machine\n"
       "(self_machine.json).\n\n"
       "Examples:\n"
@@ -144,18 +141,15 @@ void add_contact(CLI::App& bench, BenchArguments& arguments) {
               "Folder of the shipped scenes and their meshes; ./scenes if not given");
   add_measuring(*contact, arguments, options, bench::run_contact);
   contact->footer(
-      "The cases are shipped scenes, measured from the moment when many particles are in contact, and cloths of "
-      "40,000\n"
-      "and 100,000 particles on scanned meshes that turn at 450 degrees/s. The numbers of threads are measured in "
-      "turns.\n"
-      "These columns of the table need an explanation:\n\n"
+      "The cases are shipped scenes, measured from the moment when many particles are in contact, and cloths of\n"
+      "40,000 and 100,000 particles on scanned meshes that turn at 450 degrees/s. The numbers of threads are\n"
+      "measured in turns. These columns of the table need an explanation:\n\n"
       "  by list       closest-point queries in a step that a mesh's octree of near triangles answered\n"
       "  queries       those that searched the whole mesh, by Embree\n"
       "  far B, near B bytes that are cached for a particle far from the mesh, and near it\n"
       "  lists MiB     memory of the octrees\n"
-      "  Bullet ms     time of a frame of Bullet's soft body on the same meshes (--bullet), which starts from the "
-      "state\n"
-      "                that malha had when its measurement began\n\n"
+      "  Bullet ms     time of a frame of Bullet's soft body on the same meshes (--bullet), which starts from the\n"
+      "                state that malha had when its measurement began\n\n"
       "The folder gets the table (contact.txt), its rows (contact.json) and a description of the machine\n"
       "(contact_machine.json).\n\n"
       "Examples:\n"
@@ -170,10 +164,9 @@ void add_constraints(CLI::App& bench, BenchArguments& arguments) {
               "Approximate number of particles of each body; 100000 if not given");
   add_measuring(*constraints, arguments, options, bench::run_constraints);
   constraints->footer(
-      "Each kind of constraint is measured alone, on a sheet that hangs by a row of particles, or on a closed ball "
-      "where\n"
-      "the kind needs one. Constraints that are solved in batches are timed by whole steps, the others by their own\n"
-      "pass. The numbers of threads are measured in turns.\n\n"
+      "Each kind of constraint is measured alone, on a sheet that hangs by a row of particles, or on a closed ball\n"
+      "where the kind needs one. Constraints that are solved in batches are timed by whole steps, the others by\n"
+      "their own pass. The numbers of threads are measured in turns.\n\n"
       "The folder gets the table (constraints.txt), its rows (constraints.json) and a description of the machine\n"
       "(constraints_machine.json).\n\n"
       "Examples:\n"
