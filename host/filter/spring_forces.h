@@ -26,10 +26,10 @@ class SpringForces {
     now_ = Array<Executor, Vec4<R>>(slots, zero), ahead_ = Array<Executor, Vec4<R>>(slots, zero);
     lay_out(model);
     lay_out_targets(model);
-    weigh(model.scene.gravity);
+    set_gravity(model.scene.gravity);
   }
 
-  void weigh(const Vec3& gravity) { gravity_ = {R(gravity[0]), R(gravity[1]), R(gravity[2])}; }
+  void set_gravity(const Vec3& gravity) { gravity_ = {R(gravity[0]), R(gravity[1]), R(gravity[2])}; }
 
   const R* filtered_mass() const { return filtered_mass_.data(); }
 

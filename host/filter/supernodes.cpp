@@ -114,7 +114,7 @@ std::vector<int> fundamental(const std::vector<int>& parent, const std::vector<i
 }
 
 /// Tells whether to merge two supernodes into one of `columns` of whose entries this share would be zeros.
-bool worthwhile(double columns, double zeros) {
+bool should_merge(double columns, double zeros) {
   return zeros == 0 || columns <= 4 || (columns <= 16 && zeros < 0.8) || (columns <= 48 && zeros < 0.1) || zeros < 0.05;
 }
 
@@ -132,7 +132,7 @@ std::vector<int> amalgamate(const std::vector<int>& begin, const std::vector<int
     const double own = begin[s + 1] - begin[s], columns = end[s + 1] - begin[s], tall = own + height[s + 1];
     const double all_zeros = zeros[s + 1] + own * (tall - height[s]);
     const double size = columns * (columns + 1) / 2 + columns * (tall - columns);
-    if (!worthwhile(columns, all_zeros / size)) continue;
+    if (!should_merge(columns, all_zeros / size)) continue;
     merged[s + 1] = true;
     end[s] = end[s + 1], height[s] = static_cast<int>(tall), zeros[s] = all_zeros;
   }

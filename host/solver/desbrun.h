@@ -177,7 +177,7 @@ class Desbrun final : public TimeStepper<Executor, R> {
   }
 
   void on_gravity_changed() override {
-    if (forces_) forces_->weigh(model_.scene.gravity);
+    if (forces_) forces_->set_gravity(model_.scene.gravity);
   }
 
   const char* requires_fixed_pins() const override { return "Desbrun's filter, which is made for pins that stay"; }

@@ -88,20 +88,21 @@ struct ExplicitForces {
   Vec4<R>*now, *ahead;
   Points<R> force;
 
+  /// Positions of an end of a spring: x, and z = x + dt v.
   template <class S>
-  struct Own {
+  struct SpringEnd {
     Vector3<S> x, z;
   };
   template <class S>
-  KERNEL Own<S> read(const int* index) const {
-    Own<S> own;
+  KERNEL SpringEnd<S> read(const int* index) const {
+    SpringEnd<S> end;
     S none;
-    gather_rows(now, index, own.x, none);
-    gather_rows(ahead, index, own.z, none);
-    return own;
+    gather_rows(now, index, end.x, none);
+    gather_rows(ahead, index, end.z, none);
+    return end;
   }
   template <class S>
-  KERNEL static Vector3<S> pull(const Own<S>& a, const Own<S>& b, S k, S l) {
+  KERNEL static Vector3<S> pull(const SpringEnd<S>& a, const SpringEnd<S>& b, S k, S l) {
     const Vector3<S> d = a.x - b.x;
     return (d * rest_over_length(d, l) - (a.z - b.z)) * k;
   }
