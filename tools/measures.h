@@ -14,9 +14,10 @@ namespace malha {
 
 struct Arguments;
 
-inline constexpr const char* kTuneHelp = "Find the cheapest method and settings that reach an error here";
-inline constexpr const char* kBenchHelp = "Time malha beside other libraries and the machine's limits";
-inline constexpr const char* kStudyHelp = "Measure and chart methods: error against cost, stability, scaling";
+inline constexpr const char* kTuneHelp = "Find the cheapest method and settings for an error given in metres";
+inline constexpr const char* kBenchHelp =
+    "Time malha, compared with other libraries and with the limits of this machine";
+inline constexpr const char* kStudyHelp = "Measure methods and draw charts: error over cost, stability, scaling";
 
 /// In the command: executes the program that implements the subcommand, malha_measures or malha_view, and returns an
 /// exit status only if that fails. In malha_measures: returns an exit status if the words after bench or study name

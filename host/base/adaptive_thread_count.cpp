@@ -29,7 +29,7 @@ void AdaptiveThreadCount::observe_team(double step, double spent, bool crowded) 
   }
   const bool slower = crowded || step > kSlower * usual_ || step > single_;
   const bool tries = slower && since_ >= wait_;
-  usual_ = tries ? step : std::min(step, usual_ * 1.02);  // scenes change
+  usual_ = tries ? step : std::min(step, usual_ * 1.02);  // it follows a scene whose steps become slower
   if (tries) try_the_other();
 }
 

@@ -3,7 +3,7 @@
 
 namespace malha {
 
-// The macros come from CMakeLists.txt; but for the last one, for this file alone.
+// CMakeLists.txt defines the macros, all but the last one for this file alone.
 const char* version() { return MALHA_VERSION; }
 const char* compiler() { return MALHA_COMPILER; }
 const char* flags() { return MALHA_FLAGS; }

@@ -27,7 +27,8 @@ struct Close {
 };
 using File = std::unique_ptr<std::FILE, Close>;
 
-constexpr std::size_t kMostWithoutSize = std::size_t{256} << 20;  // bytes that are read from what tells no size
+/// The most bytes that are read from a file that states no size.
+constexpr std::size_t kMostWithoutSize = std::size_t{256} << 20;
 
 [[noreturn]] void fail(const fs::path& path, const char* what, int code) {
   throw std::runtime_error(printable(path.string()) + ": cannot " + what + ": " + std::strerror(code));
@@ -49,7 +50,8 @@ bool write_and_rename(const fs::path& temporary, const fs::path& path, const std
   for (const std::string_view piece : pieces)
     good = good && std::fwrite(piece.data(), 1, piece.size(), file.get()) == piece.size();
   if (flush) good = good && std::fflush(file.get()) == 0 && fsync(fileno(file.get())) == 0;
-  good = file != nullptr && std::fclose(file.release()) == 0 && good;  // closed in any case; a full disk may show here
+  // The file is closed even after an error; a full disk may be reported only here.
+  good = file != nullptr && std::fclose(file.release()) == 0 && good;
   return good && std::rename(temporary.c_str(), path.c_str()) == 0;
 }
 
@@ -90,13 +92,14 @@ std::string read_whole(const fs::path& path) {
   errno = 0;
   const File file(std::fopen(path.c_str(), "rb"));
   if (!file) fail(path, "read", errno);
-  std::error_code unknown;  // pipes and devices have no size, and perhaps no end
+  std::error_code unknown;  // is set for pipes and devices, which have no size and may have no end
   const auto size = fs::file_size(path, unknown);
   const std::size_t free = available_memory();
   if (!unknown && size > free)
     refuse<OutOfMemory>(path.string(), "", "a file of " + in_gib(double(size)),
                         "what fits into the memory, of which " + in_gib(double(free)) + " are free");
-  const std::size_t most = std::max<std::size_t>(unknown ? 0 : size, kMostWithoutSize);  // it may grow meanwhile
+  // The limit is not the size alone, because the file may grow while it is read.
+  const std::size_t most = std::max<std::size_t>(unknown ? 0 : size, kMostWithoutSize);
   std::string bytes;
   char block[1 << 16];
   while (const std::size_t count = std::fread(block, 1, sizeof block, file.get())) {

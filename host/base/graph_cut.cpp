@@ -18,7 +18,7 @@ std::mutex& metis_turn() {
 std::vector<int> cut_graph(const WeightedGraph& graph, int parts) {
   std::vector<int> part(graph.count(), 0);
   if (parts == 1) return part;
-  WeightedGraph own = graph;  // METIS takes no const
+  WeightedGraph own = graph;  // METIS takes pointers to data that is not const
   idx_t options[METIS_NOPTIONS];
   METIS_SetDefaultOptions(options);
   options[METIS_OPTION_SEED] = 1;

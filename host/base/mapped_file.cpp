@@ -19,7 +19,7 @@ MappedFile::MappedFile(const std::filesystem::path& path) {
   struct stat facts {};
   bool good = descriptor >= 0 && fstat(descriptor, &facts) == 0;
   size_ = static_cast<std::size_t>(facts.st_size);
-  if (good && size_ > 0) {  // nothing cannot be mapped
+  if (good && size_ > 0) {  // mmap refuses a length of 0
     begin_ = mmap(nullptr, size_, PROT_READ, MAP_PRIVATE, descriptor, 0);
     good = begin_ != MAP_FAILED;
   }

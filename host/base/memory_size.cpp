@@ -17,7 +17,8 @@ namespace {
 std::size_t left_in_group() {
   std::size_t most = 0, used = 0;
   std::ifstream limit("/sys/fs/cgroup/memory.max"), now("/sys/fs/cgroup/memory.current");
-  if (!(limit >> most) || !(now >> used)) return std::numeric_limits<std::size_t>::max();  // "max": none
+  // The first file says "max" where there is no limit.
+  if (!(limit >> most) || !(now >> used)) return std::numeric_limits<std::size_t>::max();
   return most > used ? most - used : 0;
 }
 

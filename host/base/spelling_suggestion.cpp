@@ -13,7 +13,7 @@ std::string lower(std::string word) {
 
 namespace {
 
-// Damerau-Levenshtein distance, optimal string alignment.
+/// Returns the Damerau-Levenshtein distance, by optimal string alignment.
 std::size_t edit_distance(const std::string& a, const std::string& b) {
   std::vector<std::vector<std::size_t>> d(a.size() + 1, std::vector<std::size_t>(b.size() + 1));
   for (std::size_t i = 0; i <= a.size(); ++i) {
@@ -31,7 +31,7 @@ std::size_t edit_distance(const std::string& a, const std::string& b) {
   return d[a.size()][b.size()];
 }
 
-/// Words that the field or other programs use, what they are called here, and what to say of it.
+/// Words that the field or other programs use, their names here, and a remark for the message.
 struct Meaning {
   const char *word, *here, *remark = "";
 };
@@ -151,7 +151,7 @@ constexpr Renamed kRenamed[] = {{"stiffness_of", "stiffness_basis"},
 
 const Meaning* meaning_of(const std::string& word, const std::vector<std::string>& allowed) {
   std::string plain = lower(word);
-  for (std::size_t i = 2; i < plain.size(); ++i)  // an option keeps its dashes
+  for (std::size_t i = 2; i < plain.size(); ++i)  // an option keeps the dashes that it begins with
     if (plain[i] == '-' || plain[i] == ' ') plain[i] = '_';
   for (const Meaning& meaning : kMeanings)
     if (plain == meaning.word && std::ranges::find(allowed, meaning.here) != allowed.end()) return &meaning;
@@ -161,12 +161,12 @@ const Meaning* meaning_of(const std::string& word, const std::vector<std::string
 }  // namespace
 
 std::string near_miss(const std::string& word, const std::vector<std::string>& allowed) {
-  constexpr std::size_t longest = 64;  // no key is as long: do not measure what cannot be near
+  constexpr std::size_t longest = 64;  // no key is as long, so that no longer word can be close to one
   const auto letters = [](const std::string& of) { return of.substr(std::min(of.find_first_not_of('-'), of.size())); };
-  const std::size_t size = letters(word).size();  // the dashes of options say nothing
+  const std::size_t size = letters(word).size();  // the dashes of options do not count
   if (size == 0 || size > longest) return "";
   std::string best;
-  std::size_t best_distance = size <= 4 ? 2 : size <= 8 ? 3 : 4;  // first distance that is too far
+  std::size_t best_distance = size <= 4 ? 2 : size <= 8 ? 3 : 4;  // the smallest distance that is too large
   for (const std::string& candidate : allowed) {
     const std::size_t distance = edit_distance(lower(word), lower(candidate));
     if (distance >= best_distance || distance >= letters(candidate).size()) continue;

@@ -22,7 +22,7 @@ void require_threads(int threads) {
   try {
     all.reserve(static_cast<std::size_t>(threads));
     while (static_cast<int>(all.size()) < threads - 1) all.emplace_back([&done] { done.wait(false); });
-  } catch (const std::exception&) {  // no memory for its stack, or no more threads for this user
+  } catch (const std::exception&) {  // there is no memory for its stack, or the user may start no more
     end();
     refuse<OutOfMemory>("malha", "threads",
                         std::to_string(threads) + ", of which only " + std::to_string(all.size() + 1) + " can start",

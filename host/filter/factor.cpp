@@ -49,7 +49,7 @@ class Factorisation {
  private:
   struct Scratch {
     std::vector<double> panel, copy, least;
-    std::vector<int> place;  // of each column in the front
+    std::vector<int> place;  // the place of each column in the front
   };
 
   double work(int s) const { return double(all_.columns(s)) * all_.height(s) * all_.height(s); }
@@ -100,7 +100,7 @@ class Factorisation {
     return -1;
   }
 
-  /// Extend-add. A child's rows are ascending in the front too.
+  /// Adds a child's Schur complement to the front (extend-add). The child's rows are ascending in the front too.
   void add_child(int c, int pivots, const ColumnMajorView<double>& panel, const ColumnMajorView<double>& update,
                  const std::vector<int>& place) {
     const int size = all_.below(c);
@@ -120,7 +120,7 @@ class Factorisation {
   OpenMP executor_;
   const TakePanel& take_;
   const ShowProgress& progress_;
-  std::vector<std::vector<double>> updates_;  // Schur complements, until their parent is assembled
+  std::vector<std::vector<double>> updates_;  // Schur complements, kept until their parent is assembled
   std::vector<int> first_child_, sibling_, column_of_;
   double total_ = 0;
   std::atomic<std::int64_t> done_{0};

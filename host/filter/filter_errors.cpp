@@ -78,16 +78,16 @@ double relative_difference(const std::vector<double>& a, const std::vector<doubl
 
 Refined refined(const SpringSystem& system, const ApplyFilter& apply, const std::vector<double>& forces) {
   std::vector<double> x(forces.size(), 0), residual = forces;
-  double before = INFINITY;  // the last step's length
+  double before = INFINITY;  // the length of the previous step
   for (int turn = 0; turn < 40; ++turn) {
-    // Scaled to unit size, so that small values keep their digits in any precision.
+    // The residual is scaled to unit length, so that small values keep their digits in any precision.
     const double size = norm(residual);
     if (size == 0) break;
     for (double& number : residual) number /= size;
     std::vector<double> step = apply(residual);
     remove_mean(system, step);
     const double length = size * norm(step);
-    if (!(length < before)) break;  // only rounding errors are left
+    if (!(length < before)) break;  // only rounding errors remain
     before = length;
     for (std::size_t k = 0; k < x.size(); ++k) x[k] += size * step[k];
     const std::vector<double> y = multiply(system, x);

@@ -14,7 +14,7 @@ namespace malha {
 static_assert(sizeof(idx_t) == sizeof(int), "METIS as Debian builds it: 32-bit indices");
 
 std::vector<int> elimination_order(const SpringSystem& system) {
-  constexpr int least = 64;  // below, one dense supernode is as good
+  constexpr int least = 64;  // smaller systems are solved as fast by one dense supernode
   std::vector<int> order(system.count());
   std::iota(order.begin(), order.end(), 0);
   std::vector<idx_t> begin, column, inverse;
@@ -27,7 +27,7 @@ std::vector<int> elimination_order(const SpringSystem& system) {
     inverse.resize(block.count);
     idx_t options[METIS_NOPTIONS];
     METIS_SetDefaultOptions(options);
-    options[METIS_OPTION_SEED] = 1;  // the same order every time
+    options[METIS_OPTION_SEED] = 1;  // METIS then finds the same order in every run
     idx_t count = block.count;
     idx_t* perm = &order[block.first];
     const std::lock_guard<std::mutex> lock(metis_turn());

@@ -44,7 +44,8 @@ Stiffest stiffest_of(const Model& model) {
   return found;
 }
 
-constexpr double kStandsOut = 1e6;  // of double's 1e16, what leaves the others fewer than ten digits
+/// Ratio to the median from which a stiffness is named: double has 16 digits, and 10 are left to the other constraints.
+constexpr double kStandsOut = 1e6;
 
 }  // namespace
 

@@ -45,7 +45,7 @@ class Planner {
       add_panel(s);
       for (int k = all_.row_begin[s]; k < all_.row_begin[s + 1]; ++k) {
         const int j = all_.rows[k];
-        if (place_[j] < 0) {  // an ancestor in the top
+        if (place_[j] < 0) {  // the column belongs to an ancestor in the top
           place_[j] = task.own + task.above++;
           seen.push_back(j);
           plan_.above.push_back(top_place_[j]);
@@ -70,9 +70,9 @@ class Planner {
 
   const SpringSystem& system_;
   const Supernodes& all_;
-  std::vector<int> top_place_;                   // of the top's columns in its segment
-  std::vector<int> place_;                       // of columns in the segment of the task at hand
-  std::vector<std::vector<int>> contributions_;  // to each place of the top, in the tasks' order
+  std::vector<int> top_place_;                   // the place of each column of the top in the top's segment
+  std::vector<int> place_;                       // the place of each column in the segment of the present task
+  std::vector<std::vector<int>> contributions_;  // to each place of the top, in the order of tasks
   SparsePlan plan_;
 };
 

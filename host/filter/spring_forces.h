@@ -15,24 +15,24 @@ namespace malha {
 template <class Executor, class R>
 class SpringForces {
  public:
-  /// `load`: mass of each particle whose weight is part of the forces, otherwise 0, kg.
-  SpringForces(const Executor& executor, int threads, const Model& model, const std::vector<double>& load)
+  /// `filtered_mass`: mass of each particle whose weight is part of the forces, otherwise 0, kg.
+  SpringForces(const Executor& executor, int threads, const Model& model, const std::vector<double>& filtered_mass)
       : executor_(executor), packs_((model.count() + kSpringPack - 1) / kSpringPack) {
     const std::size_t slots = kSpringPack * std::size_t(packs_);
     width_ = std::max(1, std::min(threads, model.count() / kGrain));
-    std::vector<R> padded(load.begin(), load.end());
+    std::vector<R> padded(filtered_mass.begin(), filtered_mass.end());
     padded.resize(slots);
-    load_ = Array<Executor, R>(padded);
+    filtered_mass_ = Array<Executor, R>(padded);
     const Vec4<R> zero{R(0), R(0), R(0), R(0)};
     now_ = Array<Executor, Vec4<R>>(slots, zero), ahead_ = Array<Executor, Vec4<R>>(slots, zero);
     lay_out(model);
     lay_out_targets(model);
-    weigh(model.scene.gravity);
+    set_gravity(model.scene.gravity);
   }
 
-  void weigh(const Vec3& gravity) { gravity_ = {R(gravity[0]), R(gravity[1]), R(gravity[2])}; }
+  void set_gravity(const Vec3& gravity) { gravity_ = {R(gravity[0]), R(gravity[1]), R(gravity[2])}; }
 
-  const R* load() const { return load_.data(); }
+  const R* filtered_mass() const { return filtered_mass_.data(); }
 
   /// Sums the forces of springs at x, with their artificial viscosity, and the weight.
   void sum_explicit(const Particles<R>& particles, double h, const Points<R>& force) const {
@@ -44,13 +44,13 @@ class SpringForces {
   void sum_missing(const Particles<R>& particles, double h, const Points<R>& acceleration, const R* mass,
                    const Points<R>& force) const {
     parallel_for(executor_, particles.count,
-                 FilteredRows<R>{{particles, acceleration, load_.data(), R(h), gravity_}, now_.data()});
+                 FilteredRows<R>{{particles, acceleration, filtered_mass_.data(), R(h), gravity_}, now_.data()});
     find_targets(now_.data());
     sum(MissingForces<R>{view(), now_.data(), acceleration, mass, force});
   }
 
   std::size_t bytes() const {
-    std::size_t sum = begin_.bytes() + other_.bytes() + stiffness_.bytes() + rest_.bytes() + load_.bytes() +
+    std::size_t sum = begin_.bytes() + other_.bytes() + stiffness_.bytes() + rest_.bytes() + filtered_mass_.bytes() +
                       now_.bytes() + ahead_.bytes() + rows_.bytes() + pull_begin_.bytes() + pull_row_.bytes() +
                       pull_weight_.bytes();
     for (const Targets& set : targets_)
@@ -73,7 +73,7 @@ class SpringForces {
   };
 
   SpringView<R> view() const {
-    return {begin_.data(), other_.data(), stiffness_.data(), rest_.data(), load_.data(), gravity_};
+    return {begin_.data(), other_.data(), stiffness_.data(), rest_.data(), filtered_mass_.data(), gravity_};
   }
 
   template <class Forces>
@@ -187,7 +187,7 @@ class SpringForces {
   int packs_, width_ = 1;
   Vector3<R> gravity_{};
   Array<Executor, int> begin_, other_;
-  Array<Executor, R> stiffness_, rest_, load_;
+  Array<Executor, R> stiffness_, rest_, filtered_mass_;
   Array<Executor, Vec4<R>> now_, ahead_, rows_;
   std::vector<Targets> targets_;
   Array<Executor, int> pull_begin_, pull_row_;

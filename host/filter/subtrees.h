@@ -12,7 +12,7 @@ struct Subtrees {
   std::vector<int> top;                 // the others, ascending: ancestors of these
 };
 
-/// The partition depends on the tree alone. Tasks have about equal work, and are no more than worthwhile.
+/// The partition depends on the tree alone. Tasks have about equal work, and are no more than pay for their overhead.
 Subtrees subtrees(const Supernodes& all);
 
 }  // namespace malha

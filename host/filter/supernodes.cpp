@@ -29,7 +29,7 @@ struct Pattern {
   int count() const { return static_cast<int>(begin.size()) - 1; }
 };
 
-/// Liu 1986, with path compression.
+/// Finds the parent of each column in the elimination tree (Liu 1986, with path compression).
 std::vector<int> elimination_tree(const Pattern& pattern) {
   std::vector<int> parent(pattern.count(), -1), ancestor(pattern.count(), -1);
   for (int j = 0; j < pattern.count(); ++j)
@@ -44,7 +44,8 @@ std::vector<int> elimination_tree(const Pattern& pattern) {
   return parent;
 }
 
-/// Children before parents and subtrees in one piece, the largest last: its columns then touch the parent's.
+/// Lists children before parents and each subtree in one piece. A parent's largest subtree comes last, so that its
+/// columns adjoin the parent's.
 std::vector<int> postorder(const std::vector<int>& parent) {
   const int n = static_cast<int>(parent.size());
   std::vector<int> size(n, 1), begin(n + 2, 0), child(n), order, stack;
@@ -57,7 +58,7 @@ std::vector<int> postorder(const std::vector<int>& parent) {
   for (int j = -1; j < n; ++j)
     std::stable_sort(child.begin() + begin[j + 1], child.begin() + begin[j + 2],
                      [&](int a, int b) { return size[a] < size[b]; });
-  // Preorder with the largest child first, reversed.
+  // The order is a preorder with the largest child first, reversed.
   for (int k = begin[0]; k < begin[1]; ++k) stack.push_back(child[k]);
   while (!stack.empty()) {
     const int j = stack.back();
@@ -69,7 +70,8 @@ std::vector<int> postorder(const std::vector<int>& parent) {
   return order;
 }
 
-/// Numbers of each column of the factor, with the diagonal. Gilbert, Ng, Peyton 1994; columns are in postorder.
+/// Counts the numbers of each column of the factor, with the diagonal (Gilbert, Ng, Peyton 1994). Columns are in
+/// postorder.
 std::vector<int> column_counts(const Pattern& pattern, const std::vector<int>& parent) {
   const int n = pattern.count();
   std::vector<int> count(n), first(n, -1), ancestor(n), latest(n, -1), leaf(n, -1);
@@ -99,7 +101,7 @@ std::vector<int> column_counts(const Pattern& pattern, const std::vector<int>& p
   return count;
 }
 
-/// First columns of the supernodes, and one more.
+/// Returns the first column of each supernode, and the number of columns as the last entry.
 std::vector<int> fundamental(const std::vector<int>& parent, const std::vector<int>& count) {
   const int n = static_cast<int>(parent.size());
   std::vector<int> children(n, 0), begin;
@@ -112,7 +114,7 @@ std::vector<int> fundamental(const std::vector<int>& parent, const std::vector<i
 }
 
 /// Tells whether to merge two supernodes into one of `columns` of whose entries this share would be zeros.
-bool worthwhile(double columns, double zeros) {
+bool should_merge(double columns, double zeros) {
   return zeros == 0 || columns <= 4 || (columns <= 16 && zeros < 0.8) || (columns <= 48 && zeros < 0.1) || zeros < 0.05;
 }
 
@@ -122,7 +124,7 @@ std::vector<int> amalgamate(const std::vector<int>& begin, const std::vector<int
   const int supernodes = static_cast<int>(begin.size()) - 1;
   std::vector<int> height(supernodes), end(supernodes);
   std::vector<double> zeros(supernodes, 0);
-  std::vector<bool> merged(supernodes + 1, false);  // with the one before
+  std::vector<bool> merged(supernodes + 1, false);  // tells whether a supernode is merged with the one before it
   for (int s = supernodes - 1; s >= 0; --s) {
     height[s] = count[begin[s]], end[s] = begin[s + 1];
     const int up = parent[begin[s + 1] - 1];
@@ -130,7 +132,7 @@ std::vector<int> amalgamate(const std::vector<int>& begin, const std::vector<int
     const double own = begin[s + 1] - begin[s], columns = end[s + 1] - begin[s], tall = own + height[s + 1];
     const double all_zeros = zeros[s + 1] + own * (tall - height[s]);
     const double size = columns * (columns + 1) / 2 + columns * (tall - columns);
-    if (!worthwhile(columns, all_zeros / size)) continue;
+    if (!should_merge(columns, all_zeros / size)) continue;
     merged[s + 1] = true;
     end[s] = end[s + 1], height[s] = static_cast<int>(tall), zeros[s] = all_zeros;
   }
@@ -140,7 +142,7 @@ std::vector<int> amalgamate(const std::vector<int>& begin, const std::vector<int
   return kept;
 }
 
-/// Rows below each supernode: those of its columns in the matrix, and those of its children.
+/// Finds the rows below each supernode: those of its columns in the matrix, and those of its children.
 void find_rows(const Pattern& pattern, const std::vector<int>& parent, Supernodes& all) {
   const int supernodes = static_cast<int>(all.column_begin.size()) - 1;
   std::vector<int> holder(pattern.count()), seen(pattern.count(), -1), child(supernodes, -1), sibling(supernodes, -1);

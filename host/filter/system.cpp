@@ -48,10 +48,10 @@ class Unknowns {
   std::vector<SystemBlock> blocks;
 
  private:
-  std::vector<int> of_;  // -1: pinned, or without springs
+  std::vector<int> of_;  // unknown of each particle; -1 if it is pinned or has no springs
 };
 
-/// Sorts the entries of each row by column and adds those of the same.
+/// Sorts the entries of each row by column and adds those of the same column.
 void merge_rows(SpringSystem& system) {
   std::vector<std::pair<int, double>> row;
   int at = 0, from = 0;

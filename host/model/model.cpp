@@ -18,7 +18,7 @@
 #include "host/model/unlikely.h"
 #include "host/model/validate_outputs.h"
 #include "host/scene/check_scene.h"
-#include "host/scene/faults.h"
+#include "host/scene/error_list.h"
 #include "malha/error.h"
 
 namespace malha {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "host/scene/faults.h"
+#include "host/scene/error_list.h"
 #include "host/scene/json.h"
 #include "malha/mesh.h"
 

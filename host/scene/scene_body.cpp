@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "host/scene/kinds_in_scenes.h"
+#include "host/scene/constraint_schema.h"
 #include "host/scene/scene_read.h"
 
 namespace malha {

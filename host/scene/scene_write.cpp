@@ -3,7 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "host/scene/kinds_in_scenes.h"
+#include "host/scene/constraint_schema.h"
 
 namespace malha {
 namespace {

@@ -34,7 +34,7 @@ class Desbrun final : public TimeStepper<Executor, R> {
     if (model.springs.empty() && model.stencils.empty()) return;
     const SpringSystem system = this->system();
     filter_ = make_filter<Executor, R>(executor, threads, model, system, progress);
-    forces_.emplace(executor, threads, model, loads(system));
+    forces_.emplace(executor, threads, model, filtered_masses(system));
     force_ = PointArray<Executor, R>(model.x.size()), acceleration_ = PointArray<Executor, R>(model.x.size());
     if (spec_.refinement_iterations > 0) {
       std::vector<R> mass;  // that of pinned particles is unused: they have no acceleration
@@ -66,13 +66,13 @@ class Desbrun final : public TimeStepper<Executor, R> {
 
   /// The mass of each particle whose weight is filtered, otherwise 0. On a free body the filter passes the weight
   /// unchanged; without it the result is exact.
-  std::vector<double> loads(const SpringSystem& system) const {
-    std::vector<double> load(model_.x.size(), 0);
-    if (!spec_.filter_external_forces) return load;
+  std::vector<double> filtered_masses(const SpringSystem& system) const {
+    std::vector<double> filtered(model_.x.size(), 0);
+    if (!spec_.filter_external_forces) return filtered;
     for (const SystemBlock& body : system.blocks)
       for (int i = body.first; i < body.first + body.count && !body.free; ++i)
-        load[system.particle[i]] = system.mass[i];
-    return load;
+        filtered[system.particle[i]] = system.mass[i];
+    return filtered;
   }
 
   void predict(double h) override {
@@ -92,7 +92,7 @@ class Desbrun final : public TimeStepper<Executor, R> {
     }
     correct_bodies(corrector_);
     this->timed(Pass::Prediction, [&] {
-      parallel_for(executor_, all.count, FilteredMotion<R>{all, a, forces_->load(), R(h), g});
+      parallel_for(executor_, all.count, FilteredMotion<R>{all, a, forces_->filtered_mass(), R(h), g});
     });
     if (!spec_.filter_external_forces && model_.scene.wind) {
       this->apply_wind(h);
@@ -177,7 +177,7 @@ class Desbrun final : public TimeStepper<Executor, R> {
   }
 
   void on_gravity_changed() override {
-    if (forces_) forces_->weigh(model_.scene.gravity);
+    if (forces_) forces_->set_gravity(model_.scene.gravity);
   }
 
   const char* requires_fixed_pins() const override { return "Desbrun's filter, which is made for pins that stay"; }

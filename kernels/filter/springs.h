@@ -16,7 +16,7 @@ struct SpringView {
   const int* begin;           // first slot of each pack, and the number of slots
   const int* other;           // 16 per slot: the particle at the other end, times kIndexScale
   const R *stiffness, *rest;  // 16 per slot: N/m, m
-  const R* load;              // mass of each particle whose weight is filtered, otherwise 0
+  const R* filtered_mass;     // mass of each particle whose weight is filtered, otherwise 0
   Vector3<R> gravity;         // m/s^2
 };
 
@@ -39,11 +39,11 @@ template <class R>
 struct FilteredMotion {
   Particles<R> particles;
   Points<R> acceleration;
-  const R* load;
+  const R* filtered_mass;
   R dt;  // the substep h, s
   Vector3<R> gravity;
   KERNEL Vector3<R> velocity(int i) const {
-    const bool direct = particles.w[i] > R(0) && !(load[i] > R(0));
+    const bool direct = particles.w[i] > R(0) && !(filtered_mass[i] > R(0));
     const Vector3<R> a = acceleration[i] + gravity * (direct ? R(1) : R(0));
     return particles.v[i] + a * dt;
   }
@@ -77,7 +77,7 @@ KERNEL S rest_over_length(const Vector3<S>& d, S l) {
 template <class S, class R>
 KERNEL Vector3<S> weight(const SpringView<R>& springs, int first) {
   S m;
-  load(springs.load + first, m);
+  load(springs.filtered_mass + first, m);
   return Vector3<S>{S(springs.gravity.x), S(springs.gravity.y), S(springs.gravity.z)} * m;
 }
 
@@ -89,20 +89,21 @@ struct ExplicitForces {
   Vec4<R>*now, *ahead;
   Points<R> force;
 
+  /// Positions of an end of a spring: x, and z = x + dt v.
   template <class S>
-  struct Own {
+  struct SpringEnd {
     Vector3<S> x, z;
   };
   template <class S>
-  KERNEL Own<S> read(const int* index) const {
-    Own<S> own;
+  KERNEL SpringEnd<S> read(const int* index) const {
+    SpringEnd<S> end;
     S none;
-    gather_rows(now, index, own.x, none);
-    gather_rows(ahead, index, own.z, none);
-    return own;
+    gather_rows(now, index, end.x, none);
+    gather_rows(ahead, index, end.z, none);
+    return end;
   }
   template <class S>
-  KERNEL static Vector3<S> pull(const Own<S>& a, const Own<S>& b, S k, S l) {
+  KERNEL static Vector3<S> pull(const SpringEnd<S>& a, const SpringEnd<S>& b, S k, S l) {
     const Vector3<S> d = a.x - b.x;
     return (d * rest_over_length(d, l) - (a.z - b.z)) * k;
   }

@@ -46,10 +46,10 @@ template <class R>
 struct SaveMotion {
   Points<R> v;
   Trajectories<R> motions;
-  Vec4<R>* before;
+  Vec4<R>* saved;
   KERNEL void operator()(int i) const {
     const Vector3<R> d = motions.moved[i].xyz(), u = v[i];
-    before[i] = {d.x, d.y, d.z, sqrt(dot(u, u))};
+    saved[i] = {d.x, d.y, d.z, sqrt(dot(u, u))};
   }
 };
 
@@ -59,8 +59,8 @@ struct ComputeTruncationChange {
   Displaced<R> p;
   ScatteredPoints<R> x0;
   Vector3<R> origin;  // m, of x0
-  Vec4<R>* before;
-  KERNEL void operator()(int i) const { before[i].set(p.displacement_from(i, x0[i], origin) - before[i].xyz()); }
+  Vec4<R>* saved;
+  KERNEL void operator()(int i) const { saved[i].set(p.displacement_from(i, x0[i], origin) - saved[i].xyz()); }
 };
 
 /// Sums of each run of particles, from their state at the end of the substep.
@@ -68,9 +68,9 @@ template <class R>
 struct SumTruncation {
   Particles<R> particles;
   ScatteredPoints<R> x0;
-  Vector3<R> origin;      // m, of x0
-  const Vec4<R>* before;  // see ComputeTruncationChange
-  double per_dt;          // 1 / h of the substep, 1/s
+  Vector3<R> origin;     // m, of x0
+  const Vec4<R>* saved;  // see ComputeTruncationChange
+  double per_dt;         // 1 / h of the substep, 1/s
   const ParticleRun* runs;
   TruncationSums* sums;
   KERNEL void operator()(int r) const {
@@ -82,7 +82,7 @@ struct SumTruncation {
  private:
   KERNEL void add(int i, TruncationSums& sum) const {
     const R w = particles.w[i];
-    const Vector3<R> change = before[i].xyz();
+    const Vector3<R> change = saved[i].xyz();
     const Vector3<double> v = in_double(particles.v[i]), first = in_double(x0[0]), start = in_double(x0[i]),
                           x = particles.p.exact_start(i) - in_double(origin);
     if (!(w > R(0))) sum.pins = max(sum.pins, norm(x - start));
@@ -122,7 +122,7 @@ struct AddRigidCorrection {
 template <class R>
 struct LimitSpeed {
   Particles<R> particles;
-  const Vec4<R>* before;  // see ComputeTruncationChange
+  const Vec4<R>* saved;  // see SaveMotion
   const ParticleRun* runs;
   const int* chosen;
   double max_speed;  // m/s
@@ -130,7 +130,7 @@ struct LimitSpeed {
     if (!chosen[r]) return;
     for (int i = runs[r].first; i < runs[r].first + runs[r].count; ++i) {
       const Vector3<double> v = in_double(particles.v[i]);
-      const double speed = norm(v), allowed = max(max_speed, double(before[i].w));
+      const double speed = norm(v), allowed = max(max_speed, double(saved[i].w));
       if (particles.w[i] > R(0) && speed > allowed) particles.v.set(i, rounded<R>(v * (allowed / speed)));
     }
   }

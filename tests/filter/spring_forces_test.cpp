@@ -23,7 +23,7 @@ class SpringsAt {
       const bool moves = model.w[i] > 0;
       x.push_back({model.x[i][0] + moves * d.x, model.x[i][1] + moves * d.y, model.x[i][2] + moves * d.z});
       v.push_back({moves * u.x, moves * u.y, moves * u.z});
-      load.push_back(weighs && moves ? 1 / model.w[i] : 0);
+      filtered_mass.push_back(weighs && moves ? 1 / model.w[i] : 0);
     }
   }
 
@@ -63,12 +63,12 @@ class SpringsAt {
 
   Model model;
   std::vector<Vec3> x, v;
-  std::vector<double> load;
+  std::vector<double> filtered_mass;
 
  private:
   template <class Sum>
   std::vector<Vec3> sum(const Sum& sum) const {
-    const SpringForces<Serial, R> forces(Serial{widest_instructions()}, 1, model, load);
+    const SpringForces<Serial, R> forces(Serial{widest_instructions()}, 1, model, filtered_mass);
     const PointArray<Serial, R> at(x), speed(v), force(x.size());
     std::vector<R> w(model.w.begin(), model.w.end());
     w.resize(w.size() + kSpringPack);
@@ -109,7 +109,7 @@ TEST(SpringForces, AreTheGradientOfTheElasticEnergyWithViscosityAndWeight) {
       for (int i = 0; i < springs.model.count(); ++i)
         for (int k = 0; k < 3; ++k) {
           if (springs.model.w[i] == 0) continue;
-          expected[i][k] += springs.pull(springs.x, i, k) + springs.load[i] * scene.gravity[k];
+          expected[i][k] += springs.pull(springs.x, i, k) + springs.filtered_mass[i] * scene.gravity[k];
           // h^2 / 6 times third derivatives of up to 80 / 0.01^2, for springs shortened to a centimetre.
           ASSERT_NEAR(found[i][k], expected[i][k], 1e-4) << i << ", " << k;
         }
@@ -137,7 +137,8 @@ TEST(SpringForces, StillMissingAreThoseOfBackwardEuler) {
         for (int k = 0; k < 3; ++k) {
           if (springs.model.w[i] == 0) continue;
           const double m = 1 / springs.model.w[i];
-          ASSERT_NEAR(found[i][k], springs.pull(p, i, k) + springs.load[i] * scene.gravity[k] - m * a[i][k], 1e-4);
+          ASSERT_NEAR(found[i][k], springs.pull(p, i, k) + springs.filtered_mass[i] * scene.gravity[k] - m * a[i][k],
+                      1e-4);
         }
     }
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the shipped scenes demonstrate beyond their own "expect". The runs are whole, so that only release builds have
+// Tests of what the shipped scenes demonstrate beyond their own "expect". The runs are whole: only release builds have
 // these tests.
 #include <gtest/gtest.h>
 

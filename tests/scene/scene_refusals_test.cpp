@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "host/scene/kinds_in_scenes.h"
+#include "host/scene/constraint_schema.h"
 #include "tests/full_scene.h"
 
 namespace malha {

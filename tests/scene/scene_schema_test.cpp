@@ -10,7 +10,7 @@
 #include <set>
 #include <sstream>
 
-#include "host/scene/kinds_in_scenes.h"
+#include "host/scene/constraint_schema.h"
 #include "malha/scene.h"
 #include "tests/full_scene.h"
 

@@ -9,7 +9,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "host/scene/kinds_in_scenes.h"
+#include "host/scene/constraint_schema.h"
 #include "tests/full_scene.h"
 #include "tests/refusal.h"
 

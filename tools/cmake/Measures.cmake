@@ -25,7 +25,7 @@ if(BULLET_FOUND)
   target_link_libraries(malha_bench PRIVATE ${BULLET_LIBRARIES})
 endif()
 if(OPENBLAS_FOUND)
-  set_source_files_properties(tools/bench/filter/contest.cpp PROPERTIES COMPILE_DEFINITIONS MALHA_HAS_OPENBLAS)
+  set_source_files_properties(tools/bench/filter/filter_case.cpp PROPERTIES COMPILE_DEFINITIONS MALHA_HAS_OPENBLAS)
   set_source_files_properties(tools/bench/peers/openblas.cpp PROPERTIES COMPILE_DEFINITIONS
     "OPENBLAS_FILE=\"${OPENBLAS_LIBRARY}\"")  # loaded by the benchmark only
   target_include_directories(malha_bench SYSTEM PRIVATE ${OPENBLAS_INCLUDE_DIR})
@@ -39,7 +39,8 @@ list(FILTER study_sources EXCLUDE REGEX "/tools/study/reference/")
 add_library(malha_study STATIC ${study_sources})
 # Several files are compiled together, as in the tests: parsing the headers takes longer than the rest of a file.
 set_target_properties(malha_study PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 12)
-target_link_libraries(malha_study PUBLIC malha malha_bench malha_reference nlohmann_json::nlohmann_json PRIVATE Eigen3::Eigen OpenMP::OpenMP_CXX)
+target_link_libraries(malha_study PUBLIC malha malha_bench malha_reference nlohmann_json::nlohmann_json
+                                  PRIVATE Eigen3::Eigen OpenMP::OpenMP_CXX)
 
 file(GLOB measures_sources CONFIGURE_DEPENDS "${PROJECT_SOURCE_DIR}/tools/measures/*.cpp")
 add_executable(malha_measures ${measures_sources})

@@ -37,12 +37,13 @@ void add_measuring(CLI::App& command, BenchArguments& arguments, Options& option
   });
   add_backend(command, options.on.backend, options.on.machine);
   add_list(command, "--threads", options.threads, whole_number(1, 1024),
-           "Numbers of threads; 1 and all cores if not given");
+           "Numbers of threads to measure with, such as 1,2,4; 1 and the number of cores if not given");
   add_checked(command, "--repeats", options.repeats, whole_number(1, 1000), "N",
-              "Times that each line is measured; " + std::to_string(options.repeats) + " if not given");
+              "How often each line is measured, for the median; " + std::to_string(options.repeats) + " if not given");
   add_checked(command, "--seconds", options.seconds, duration(), "S",
-              "Seconds of each of them, at least; " + shown(options.seconds) + " if not given");
-  add_checked(command, "--json", options.json, some_path(), "FILE", "Write the rows here too");
+              "Least duration of each measurement, in seconds; " + shown(options.seconds) + " if not given");
+  add_checked(command, "--json", options.json, some_path(), "FILE",
+              "Also write the rows of the table to this file, as JSON");
   add_checked(command, "--out", options.out, some_path(), "FOLDER",
               "Folder of the results; out/bench_" + command.get_name() + " if not given");
   command.group("Benchmarks");
@@ -51,108 +52,126 @@ void add_measuring(CLI::App& command, BenchArguments& arguments, Options& option
 
 void add_projection(CLI::App& bench, BenchArguments& arguments) {
   bench::ProjectionOptions& options = arguments.of_projection;
-  CLI::App* projection = bench.add_subcommand("projection", "What the projection of a constraint costs");
+  CLI::App* projection =
+      bench.add_subcommand("projection", "Time the projection of a distance constraint, beside Bullet's soft body");
   add_list(*projection, "--n", options.n, whole_number(kLeastSide, kMostSide * kMostSide),
-           "Particles a side of the grid; 17,46,100,316,1000 if not given.\n"
-           "With --case irregular: about how many particles; 100000");
+           "Particles along a side of the grid; 17,46,100,316,1000 if not given.\n"
+           "With --case irregular: the approximate number of all particles; 100000 if not given");
   add_checked(*projection, "--case", options.only, one_of(kCases), "NAME",
-              "grid or irregular; both if not given, but the grid alone if --n is given");
+              "Mesh of the cloth, grid or irregular; both if not given, but only the grid if --n is given");
   add_measuring(*projection, arguments, options, bench::run_projection, check_sizes);
   projection->footer(
-      "A cloth of 2 m and 1 kg hangs by one side: a grid with both diagonals of its cells, or an irregular triangle\n"
-      "mesh with shuffled indices. Each line runs 60 steps before it is measured: 10 substeps of 1 iteration (10x1)\n"
-      "and 1 substep of 10 iterations (1x10), on each number of threads, and Bullet's soft body. They take turns, so\n"
-      "that ratios hold on a busy machine. The time is that of whole steps, by constraints x substeps x iterations.\n"
-      "Strain and state hash show what the time bought; the floor is what memory and arithmetic allow.\n"
-      "The folder gets the table, the rows (projection.json), facts about the machine (projection_machine.json), and\n"
-      "the chart, if gnuplot is installed.\n\n"
+      "A cloth of 2 m and 1 kg hangs by one side. Its mesh is a grid with both diagonals of every cell, or an\n"
+      "irregular triangle mesh whose vertices are listed in random order. malha simulates it with 10 substeps of 1\n"
+      "iteration (10x1) and with 1 substep of 10 iterations (1x10), Bullet with 10 iterations. Each runs 60 steps\n"
+      "before it is measured. Then all of them, on every number of threads, are measured in turns, so that other\n"
+      "load on the machine slows them alike and their ratios still hold.\n\n"
+      "The time of a projection is that of whole steps, divided by constraints x substeps x iterations. The table\n"
+      "compares it with a lower bound from memory bandwidth and arithmetic (the floor). It also has the strain and a\n"
+      "hash of the state, because a faster step is worth less if it leaves the cloth more stretched.\n\n"
+      "The folder gets the table (projection.txt), its rows (projection.json), a description of the machine\n"
+      "(projection_machine.json) and, if gnuplot is installed, the chart.\n\n"
       "Examples:\n"
-      "  malha bench projection                              everything; some minutes\n"
-      "  malha bench projection --n 46 --threads 1,2 --json rows.json\n"
-      "  malha bench projection --case irregular\n"
-      "  malha bench projection --n 17,100 --repeats 3 --seconds 0.2    a quick look");
+      "  malha bench projection                                         all sizes and both meshes; some minutes\n"
+      "  malha bench projection --n 46 --threads 1,2 --json rows.json   one size\n"
+      "  malha bench projection --case irregular                        only the irregular mesh\n"
+      "  malha bench projection --n 17,100 --repeats 3 --seconds 0.2    short and less exact");
 }
 
 void add_filter(CLI::App& bench, BenchArguments& arguments) {
   bench::FilterOptions& options = arguments.of_filter;
-  CLI::App* filter = bench.add_subcommand("filter", "What a product of Desbrun's filter costs");
+  CLI::App* filter =
+      bench.add_subcommand("filter", "Time the product of Desbrun's filter, dense and sparse, beside OpenBLAS");
   add_list(*filter, "--n", options.n, whole_number(kLeastSide, kMostFilterSide),
-           "Particles a side of the grid: N gives N (N - 1) unknowns;\n17,24,32,46,71,100,141,316,1000 if not given");
+           "Particles along a side of the grid. One row is pinned, so that N gives N (N - 1) unknowns;\n"
+           "17,24,32,46,71,100,141,316,1000 if not given");
   add_list(*filter, "--kernel", options.kernels, one_of(kKernels),
-           "dense, sparse, step; all if not given, but no step if --n is given");
+           "What to measure: dense, sparse, step (below); all if not given, but not step if --n is given");
   add_measuring(*filter, arguments, options, bench::run_filter);
   filter->footer(
-      "A cloth of 2 m and 1 kg hangs by one row: a grid with springs of 1e4 N/m along its edges and diagonals,\n"
-      "dt = 1/60 s. dense: S = (M - dt^2 H)^-1 as a symmetric matrix in float, double and int16, up to 25,000 "
-      "unknowns,\n"
-      "beside OpenBLAS's sgemm, ssymm and three ssymv, each in its fastest layout. sparse: S as a factor. All that "
-      "run\n"
-      "on as many threads take turns with reading, and a STREAM triad of, as many bytes, so that ratios hold on a "
-      "busy\n"
-      "machine. A sparse product reads each number twice: GB/s counts both. step: the most particles of which the\n"
-      "whole step takes at most 16.6 ms, searched for; up to the largest --n, if given.\n"
-      "The folder gets the table, the rows (filter.json), facts about the machine (filter_machine.json), and the\n"
-      "chart, if gnuplot is installed. Do not set OMP_PROC_BIND: it keeps OpenBLAS's threads on one core.\n\n"
+      "A cloth of 2 m and 1 kg hangs by one row. Its springs of 1e4 N/m lie along the edges and diagonals of a\n"
+      "grid, and a step is 1/60 s. Desbrun's filter multiplies forces by S = (M - dt^2 H)^-1. --kernel chooses what\n"
+      "is measured:\n\n"
+      "  dense   S stored as a symmetric matrix in float, double and int16, for at most 25,000 unknowns; and sgemm,\n"
+      "          ssymm and three ssymv of OpenBLAS, each with the memory layout in which it is fastest\n"
+      "  sparse  S stored as a Cholesky factor of its inverse, in float and double\n"
+      "  step    the largest cloth whose whole step takes at most 16.6 ms; if --n is given, up to its largest\n\n"
+      "All that run on the same number of threads are measured in turns with reading as many bytes, and with a STREAM\n"
+      "triad over as many, so that their ratios hold even if other programs use the machine. A sparse product reads\n"
+      "each number twice, and its GB/s counts both.\n\n"
+      "The folder gets the table (filter.txt), its rows (filter.json), a description of the machine\n"
+      "(filter_machine.json) and, if gnuplot is installed, the chart. Do not set OMP_PROC_BIND: it would keep all\n"
+      "threads of OpenBLAS on one core.\n\n"
       "Examples:\n"
-      "  malha bench filter                              everything; many minutes, and 6 GiB of memory\n"
+      "  malha bench filter                                          all of it; many minutes, and 6 GiB of memory\n"
       "  malha bench filter --n 46,100 --threads 2 --kernel dense --json rows.json\n"
-      "  malha bench filter --kernel step                real time alone\n"
-      "  malha bench filter --n 17,46 --repeats 3 --seconds 0.02    a quick look");
+      "  malha bench filter --kernel step                            only the largest cloth in real time\n"
+      "  malha bench filter --n 17,46 --repeats 3 --seconds 0.02     short and less exact");
 }
 
 void add_self(CLI::App& bench, BenchArguments& arguments) {
   bench::SelfOptions& options = arguments.of_self;
-  CLI::App* self = bench.add_subcommand("self", "What self-collision costs a particle");
-  add_list(*self, "--n", options.n, whole_number(16, 10'000'000), "Particles, about; those of each case if not given");
+  CLI::App* self = bench.add_subcommand("self", "Time self-collision, per particle and substep");
+  add_list(*self, "--n", options.n, whole_number(16, 10'000'000),
+           "Approximate numbers of particles; each case has its own if not given");
   add_list(*self, "--case", options.cases, one_of(bench::self_case_names()),
-           join(bench::self_case_names()) + "; all if not given, but stack alone if --n is given");
+           "Cases: " + join(bench::self_case_names()) + ";\nall if not given, but only stack if --n is given");
   add_measuring(*self, arguments, options, bench::run_self);
   self->footer(
-      "Layers that slide, a heap, a cloth over a ball, a twisted one, a crumpled one, and two balls.\n"
-      "Those on each number of threads take turns. A motion is measured from its start to its end.\n"
-      "The folder gets the table, the rows (self.json) and facts about the machine (self_machine.json).\n\n"
+      "The cases are layers of cloth that slide on each other, a heap, a cloth that falls over a ball, a twisted\n"
+      "cloth, a crumpled one, and two balls. Layers are measured for as long as --seconds says, the other motions\n"
+      "from their start to their end. The numbers of threads are measured in turns, so that their ratios hold even\n"
+      "if other programs use the machine.\n\n"
+      "The folder gets the table (self.txt), its rows (self.json) and a description of the machine\n"
+      "(self_machine.json).\n\n"
       "Examples:\n"
-      "  malha bench self                                        everything; half an hour, and 4 GiB of memory\n"
+      "  malha bench self                                        all cases; half an hour, and 4 GiB of memory\n"
       "  malha bench self --case heap --n 1364                   the cloth of 2006\n"
-      "  malha bench self --n 10000 --repeats 3 --seconds 0.2    a quick look");
+      "  malha bench self --n 10000 --repeats 3 --seconds 0.2    short and less exact");
 }
 
 void add_contact(CLI::App& bench, BenchArguments& arguments) {
   bench::ContactOptions& options = arguments.of_contact;
-  CLI::App* contact = bench.add_subcommand("contact", "What contact with the environment costs a particle");
+  CLI::App* contact = bench.add_subcommand("contact", "Time contact with environment meshes, per particle and substep");
   add_list(*contact, "--case", options.cases, one_of(bench::contact_cases()),
-           join(bench::contact_cases()) + "; all if not given");
+           "Cases: " + join(bench::contact_cases()) + ";\nall if not given");
   add_checked(*contact, "--bullet", options.bullet_frames, whole_number(0, 1000), "N",
-              "Frames of each cloth on a scan by Bullet too, some seconds each; 0 if not given");
+              "Also let Bullet simulate N frames of each cloth on a scan, at some seconds a frame; 0 if not given");
   add_checked(*contact, "--scenes", options.scenes, some_path(), "FOLDER",
-              "Folder of the shipped scenes and meshes; scenes if not given");
+              "Folder of the shipped scenes and their meshes; ./scenes if not given");
   add_measuring(*contact, arguments, options, bench::run_contact);
   contact->footer(
-      "Shipped scenes, from the moment when many particles are in contact, and cloths of 40,000 and 100,000 particles\n"
-      "on scans that turn at 450 degrees/s. by list: closest-point queries a step that a mesh's lists of near "
-      "triangles\n"
-      "answer; queries: those of the whole mesh, by Embree. far B, near B: cached bytes of a far and a near particle;\n"
-      "lists MiB: size of the meshes' lists. All numbers of threads run in turns. Bullet ms: a frame of its soft body\n"
-      "on the same meshes, from malha's state at the first measurement.\n"
-      "The folder gets the table, the rows (contact.json) and facts about the machine.\n\n"
+      "The cases are shipped scenes, measured from the moment when many particles are in contact, and cloths of\n"
+      "40,000 and 100,000 particles on scanned meshes that turn at 450 degrees/s. The numbers of threads are\n"
+      "measured in turns. These columns of the table need an explanation:\n\n"
+      "  by list       closest-point queries in a step that a mesh's octree of near triangles answered\n"
+      "  queries       those that searched the whole mesh, by Embree\n"
+      "  far B, near B bytes that are cached for a particle far from the mesh, and near it\n"
+      "  lists MiB     memory of the octrees\n"
+      "  Bullet ms     time of a frame of Bullet's soft body on the same meshes (--bullet), which starts from the\n"
+      "                state that malha had when its measurement began\n\n"
+      "The folder gets the table (contact.txt), its rows (contact.json) and a description of the machine\n"
+      "(contact_machine.json).\n\n"
       "Examples:\n"
       "  malha bench contact\n"
-      "  malha bench contact --case drape_bunny,armadillo --threads 1 --repeats 3 --seconds 0.5    a quick look");
+      "  malha bench contact --case drape_bunny,armadillo --threads 1 --repeats 3 --seconds 0.5    short, less exact");
 }
 
 void add_constraints(CLI::App& bench, BenchArguments& arguments) {
   bench::ConstraintOptions& options = arguments.of_constraints;
-  CLI::App* constraints = bench.add_subcommand("constraints", "What each kind of constraint costs");
+  CLI::App* constraints = bench.add_subcommand("constraints", "Time each kind of constraint, alone on a body");
   add_checked(*constraints, "--n", options.n, whole_number(16, 4'000'000), "N",
-              "Particles of each body, about; 100000 if not given");
+              "Approximate number of particles of each body; 100000 if not given");
   add_measuring(*constraints, arguments, options, bench::run_constraints);
   constraints->footer(
-      "Every kind alone on a body of its own: a sheet hung by a row, or where it needs one a closed ball. What is\n"
-      "batched is timed as whole steps, the rest as its own pass. Numbers of threads take turns.\n"
-      "The folder gets the table, the rows (constraints.json), and facts about the machine.\n\n"
+      "Each kind of constraint is measured alone, on a sheet that hangs by a row of particles, or on a closed ball\n"
+      "where the kind needs one. Constraints that are solved in batches are timed by whole steps, the others by\n"
+      "their own pass. The numbers of threads are measured in turns.\n\n"
+      "The folder gets the table (constraints.txt), its rows (constraints.json) and a description of the machine\n"
+      "(constraints_machine.json).\n\n"
       "Examples:\n"
       "  malha bench constraints\n"
-      "  malha bench constraints --n 10000 --threads 2 --repeats 3 --seconds 0.1    a quick look");
+      "  malha bench constraints --n 10000 --threads 2 --repeats 3 --seconds 0.1    short and less exact");
 }
 
 }  // namespace
@@ -163,6 +182,7 @@ void add_bench(CLI::App& app, BenchArguments& arguments) {
   CLI::App* bench = app.add_subcommand("bench", kBenchHelp);
   bench->require_subcommand(1);
   bench->footer(
+      "malha bench NAME --help explains a benchmark and its options.\n\n"
       "Examples:\n  malha bench projection --n 46,100\n  malha bench filter --n 46,100\n  malha bench constraints");
   add_projection(*bench, arguments);
   add_filter(*bench, arguments);

@@ -52,44 +52,46 @@ void add_study(CLI::App& app, study::Options& options) {
           "One of the studies below, or all")
       ->required()
       ->type_name("");
-  study->add_flag("--quick", options.quick, "Smaller cases and fewer points: the facts, in seconds");
+  study->add_flag("--quick", options.quick,
+                  "Measure smaller cases and fewer points, which takes seconds instead of minutes");
   add_checked(*study, "--out", options.out, some_path(), "FOLDER",
               "Folder of the results; out/study, or out/study_quick, if not given");
   add_backend(*study, options.on.backend, options.on.machine);
-  study->add_flag("--keep", options.keep, "Take cells that another build of malha has finished, too");
+  study->add_flag("--keep", options.keep, "Also use measurements that another build of malha left in the folder");
   study
       ->add_option_function<std::string>(
           "--share", [&options](const std::string& text) { options.share = study::share_of(text); },
-          "Measure only the cells I, I + N, ..., for --merge")
+          "Measure only one of N shares, for --merge (below)")
       ->check(a_share())
       ->type_name("I/N");
   add_checked(*study, "--merge", options.merge, some_path(), "DIR...",
-              "Put together what shares have left in these folders; measures nothing");
+              "Combine the shares that these folders hold; nothing is measured");
   study->callback([&options] {
     if (options.share && !options.merge.empty())
       throw CLI::ValidationError("--merge", "found --share beside it; allowed: one of them");
   });
   study->footer(
       "Studies:\n" + list() +
-      "\nEach leaves NAME.csv, NAME.json, charts NAME_*.svg and .png (if gnuplot is installed), and index.html, which\n"
-      "gathers all studies of the folder on one page. Every measurement that is finished is kept in NAME.cells.jsonl:\n"
-      "a study that was stopped (Ctrl-C, a crash) goes on there with the same command. Cells of another build\n"
-      "or machine become NAME.cells.jsonl.old; those of quick versions are NAME.quick.cells.jsonl. A study is started\n"
-      "anew by removing that file.\n\n"
-      "--share 2/3 measures only the cells 2, 5, 8 and so on, and writes only NAME.2of3.cells.jsonl; cells that\n"
-      "depend on each other count as one. Shares run side by side, here or on other machines. Side by side on one\n"
-      "machine they disturb each other's times: scaling, size, parsimony, and the costs of accuracy and published\n"
-      "want it alone.\n"
-      "--merge writes what the study by one process would; rows name the machine where there are several. Cells that\n"
-      "no share has measured it names, writes nothing, and ends with status 1.\n\n"
-      "accuracy and scaling run on any --backend. On a device scaling is one of size alone, and the costs of accuracy\n"
-      "are times by the clock.\n\n"
+      "\nResults. A study leaves NAME.csv, NAME.json and, if gnuplot is installed, charts NAME_*.svg and .png.\n"
+      "index.html shows all studies of the folder on one page.\n\n"
+      "Interrupted studies. A study consists of single measurements, its cells. Each is appended to NAME.cells.jsonl\n"
+      "(NAME.quick.cells.jsonl with --quick) as soon as it is finished. If the study is stopped, by Ctrl-C or by a\n"
+      "crash, the same command continues it. Cells of another build or machine are moved to NAME.cells.jsonl.old\n"
+      "and measured again. To measure everything again, remove the file.\n\n"
+      "Shares. --share 2/3 measures the cells 2, 5, 8 and so on, and writes them to NAME.2of3.cells.jsonl only. Cells\n"
+      "that depend on each other count as one. Shares may run at the same time, on this machine or on others. On one\n"
+      "machine they slow each other down, which falsifies the times of scaling, size and parsimony, and the costs of\n"
+      "accuracy and published.\n"
+      "--merge writes the results that one process would have written; rows name the machine if there are several. If\n"
+      "no share has measured some of the cells, it names them, writes nothing, and ends with status 1.\n\n"
+      "Backends. accuracy and scaling run on any --backend, the others on the host. On a device, scaling measures\n"
+      "bodies of several sizes instead of numbers of threads, and accuracy measures costs by the clock.\n\n"
       "Examples:\n"
-      "  malha study all --quick                 everything in short; half a minute\n"
+      "  malha study all --quick                 all studies in short; half a minute\n"
       "  malha study accuracy                    the charts of tools/study/README.md; many minutes\n"
       "  malha study accuracy --out /tmp/study\n"
       "  malha study accuracy --share 2/3        the second of three shares\n"
-      "  malha study accuracy --merge a b c      folders that hold the three shares");
+      "  malha study accuracy --merge a b c      the folders that hold the three shares");
 }
 
 }  // namespace malha

@@ -11,30 +11,33 @@ void add_tune(CLI::App& app, Arguments& arguments) {
   TuneArguments& tune = arguments.tune;
   CLI::App* command = app.add_subcommand("tune", kTuneHelp);
   add_checked(*command, "--error", tune.error, above_zero("m"), "E",
-              "Error to reach (m): RMS distance of the particles to where they truly are, at the worst of four\n"
-              "moments in the simulated time")
+              "Largest error that is allowed, in metres: the RMS distance of the particles to their true\n"
+              "positions (below), at the worst of four moments of the simulated time")
       ->required();
   add_checked(*command, "--seconds", tune.seconds, duration(), "S",
-              "Simulated time; the scene's duration, at most 1 s, if not given");
-  add_checked(*command, "--json", tune.json, some_path(), "FILE", "All that was tried, with all numbers, as JSON too");
+              "Simulated time over which the error is measured, in seconds; the scene's duration, but at most\n"
+              "1 s, if not given");
+  add_checked(*command, "--json", tune.json, some_path(), "FILE",
+              "Also write every setting that was tried, with its time and error, to this file as JSON");
   add_scene(*command, arguments);
   add_checked(*command, "--out", arguments.out, some_path(), "FILE",
-              "The tuned scene; out/NAME-OF-THE-SCENE-FILE_tuned.json if not given");
+              "File of the tuned scene; out/NAME-OF-THE-SCENE-FILE_tuned.json if not given");
   add_threads(*command, arguments.threads);
   command->footer(
-      "Where the particles truly are is said by the scene's own method in double, at twice the substeps again and\n"
-      "again, extrapolated to no step at all, until that is known to E / 8. What is written is within E less what is\n"
-      "not known. Motion that never converges (chaos) cannot be tuned to such an error, nor motion that is too fast\n"
-      "for all of those steps: its energy is missed. Where damping, wind, contact, limits, attachments or keyframes\n"
-      "take or give energy, that is not seen.\n"
-      "Tried are PBD or XPBD with 1 to 8 iterations, and Desbrun's method where the scene has springs, refined or "
-      "not,\n"
-      "with either filter, in float and double, each with as few substeps as reach E. All else stays as the scene\n"
-      "says; where a constraint has no compliance, the methods are not the same material, and the error tells.\n"
-      "Times are those of this machine and this number of threads.\n\n"
-      "Exit status: 0 the tuned scene is written; 1 nothing reaches E, or the motion does not converge or is too fast: "
-      "nothing is\n"
-      "written.\n\n"
+      "tune writes a scene with the cheapest method and settings whose error is at most E on this machine.\n\n"
+      "True positions. The scene's own method computes them in double with ever more substeps, doubled each time,\n"
+      "and extrapolates to steps of length zero, until the error of this reference is known to be below E / 8. A\n"
+      "setting is accepted if its distance to the reference is at most E less that bound. There is no reference for\n"
+      "chaotic motion, nor for oscillations too fast for all of these steps, which are noticed by the energy that\n"
+      "the scene loses. They are not noticed where damping, wind, contact, limits, attachments or keyframes take or\n"
+      "give energy.\n\n"
+      "What is tried. PBD or XPBD with 1 to 8 iterations; and Desbrun's method where the scene has springs, with\n"
+      "and without refinement iterations and with either filter. Each is tried in float and double, with as few\n"
+      "substeps as keep the error below E. All other settings stay as the scene has them. Where a constraint has no\n"
+      "compliance, the methods simulate different materials, which counts as error.\n\n"
+      "Times hold for this machine and this number of threads.\n\n"
+      "Exit status: 0 the tuned scene was written; 1 nothing was written, because no setting reaches E, or because\n"
+      "the motion has no reference.\n\n"
       "Examples:\n"
       "  malha tune scenes/cantilever.json --error 0.002          writes out/cantilever_tuned.json\n"
       "  malha tune my_scene.json --error 0.0002 --seconds 0.5 --threads 1 --out my_tuned.json");

@@ -6,8 +6,8 @@
 #include "tools/python/arguments.h"
 #include "tools/python/constraint.h"
 #include "tools/python/errors.h"
-#include "tools/python/leaving.h"
 #include "tools/python/scene.h"
+#include "tools/python/shutdown.h"
 #include "tools/python/simulation.h"
 
 PYBIND11_MODULE(malha, module) {

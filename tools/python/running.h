@@ -10,7 +10,7 @@
 
 #include "malha/simulation.h"
 #include "tools/python/initialised.h"
-#include "tools/python/leaving.h"
+#include "tools/python/shutdown.h"
 
 namespace malha::python {
 

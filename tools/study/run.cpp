@@ -106,7 +106,7 @@ void print_missing(const Study& study, const Options& options, const Merged& mer
 }
 
 /// Merges shares; measures nothing. Everything is checked before anything is written.
-bool merge(const std::vector<const Study*>& asked, const Options& options, const std::filesystem::path& out,
+bool merge(const std::vector<const Study*>& chosen, const Options& options, const std::filesystem::path& out,
            const Json& build, const std::atomic<bool>& stop) {
   const std::string program = hash_of_this_program();
   struct Whole {
@@ -115,7 +115,7 @@ bool merge(const std::vector<const Study*>& asked, const Options& options, const
   };
   std::vector<Whole> all;
   bool lacking = false;
-  for (const Study* study : asked) {
+  for (const Study* study : chosen) {
     const Merged merged = merged_shares(
         options.merge, journal_head(study->name, options.quick, build, program, {}, options.on), options.keep);
     Cells cells(merged, options.quick, stop, options.on);
@@ -129,7 +129,7 @@ bool merge(const std::vector<const Study*>& asked, const Options& options, const
   make_folder(out);
   check_writable(out / "index.html");
   ProgressLine progress(10);
-  for (std::size_t k = 0; k < asked.size(); ++k) report(*asked[k], all[k].findings, out, all[k].json, progress, stop);
+  for (std::size_t k = 0; k < chosen.size(); ++k) report(*chosen[k], all[k].findings, out, all[k].json, progress, stop);
   return true;
 }
 
@@ -139,22 +139,22 @@ bool run(const Options& options, const std::atomic<bool>& stop) {
   const std::filesystem::path out = !options.out.empty() ? options.out
                                     : options.quick      ? "out/study_quick"
                                                          : "out/study";
-  std::vector<const Study*> asked;
+  std::vector<const Study*> chosen;
   for (const Study& study : studies())
     if (std::find(options.names.begin(), options.names.end(), study.name) != options.names.end())
-      asked.push_back(&study);
-  for (const Study* study : asked)
+      chosen.push_back(&study);
+  for (const Study* study : chosen)
     if (!study->any_backend && !options.on.command_options().empty())
       malha::refuse("malha study " + study->name, "", "\"" + options.on.command_options().substr(1) + "\"",
                     "accuracy and scaling, which run on any backend; the others run on the host");
   if (options.merge.empty()) options.on.require_device();
   const Json build = bench::build_facts();
   if (!options.merge.empty()) {
-    if (!merge(asked, options, out, build, stop)) return false;
+    if (!merge(chosen, options, out, build, stop)) return false;
   } else {
     make_folder(out);
     if (!options.share) check_writable(out / "index.html");
-    for (const Study* study : asked) measure(*study, options, out, build, stop);
+    for (const Study* study : chosen) measure(*study, options, out, build, stop);
   }
   if (!options.share) std::cout << "page        " << (out / "index.html").string() << "\n";
   return true;

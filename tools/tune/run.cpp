@@ -27,12 +27,12 @@ double trimmed_mean_ms(std::vector<double> steps) {
 }  // namespace
 
 std::vector<int> moments(const Scene& scene, double seconds) {
-  const double asked = std::max(1.0, std::round(seconds / scene.solver.dt));
-  if (asked > kMostSteps)
+  const double step_count = std::max(1.0, std::round(seconds / scene.solver.dt));
+  if (step_count > kMostSteps)
     refuse("malha tune", "--seconds",
-           shown(seconds) + " s, which are " + shown(asked) + " steps of " + shown(scene.solver.dt) + " s",
+           shown(seconds) + " s, which are " + shown(step_count) + " steps of " + shown(scene.solver.dt) + " s",
            "at most " + shown(kMostSteps) + " steps");
-  const int steps = static_cast<int>(asked);
+  const int steps = static_cast<int>(step_count);
   std::vector<int> at;
   for (int quarter = 1; quarter <= 4; ++quarter)
     if (const int step = static_cast<int>(std::llround(steps * quarter / 4.0)); step > (at.empty() ? 0 : at.back()))

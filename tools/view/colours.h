@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "tools/view/looks.h"
 #include "tools/view/painter.h"
+#include "tools/view/visual_fields.h"
 
 namespace malha::view {
 

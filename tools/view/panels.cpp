@@ -135,7 +135,7 @@ void run_panel(const Snapshot& now, Session& session, Choices& choices) {
     ImGui::EndCombo();
   }
   int field = int(choices.field), surface = int(choices.surface);
-  if (ImGui::Combo("##look", &field, kVisualFieldNames.data(), int(kVisualFieldNames.size())))
+  if (ImGui::Combo("##visual field", &field, kVisualFieldNames.data(), int(kVisualFieldNames.size())))
     choices.field = VisualField(field), session.set_visual_field(choices.field);
   if (ImGui::Combo("##surface", &surface, "shaded\0wireframe\0particles\0")) choices.surface = Surface(surface);
   if (ImGui::BeginCombo("##scene", "open a scene ...")) {

@@ -11,7 +11,7 @@
 #include "host/solver/solver.h"
 #include "malha/measures.h"
 #include "tools/view/camera.h"
-#include "tools/view/coarse.h"
+#include "tools/view/decimated_mesh.h"
 
 namespace malha::view {
 

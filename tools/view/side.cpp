@@ -73,10 +73,10 @@ void Side::restore_scene(const std::shared_ptr<const Scene>& scene) {
 }
 
 void Side::update_body() {
-  const RenderMesh& look = simulation_->model().render_mesh;
-  const auto same = [&look](const RenderMesh& one) {
-    return one.points == look.points && one.faces == look.faces && one.lines == look.lines &&
-           one.body_begin == look.body_begin;
+  const RenderMesh& mesh = simulation_->model().render_mesh;
+  const auto same = [&mesh](const RenderMesh& one) {
+    return one.points == mesh.points && one.faces == mesh.faces && one.lines == mesh.lines &&
+           one.body_begin == mesh.body_begin;
   };
   if (!body_ || !same(body_->mesh)) body_ = body_of(simulation_->model());
   tears_ = simulation_->tears();

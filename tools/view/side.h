@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "malha/simulation.h"
-#include "tools/view/looks.h"
+#include "tools/view/visual_fields.h"
 
 namespace malha::view {
 

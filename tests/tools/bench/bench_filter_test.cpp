@@ -7,7 +7,7 @@
 #include <set>
 
 #include "tests/support.h"
-#include "tools/bench/filter/contest.h"
+#include "tools/bench/filter/filter_case.h"
 #include "tools/bench/filter/step.h"
 #include "tools/bench/filter/table.h"
 #include "tools/bench/machine.h"

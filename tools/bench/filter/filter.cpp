@@ -8,7 +8,7 @@
 #include "malha/text.h"
 #include "tools/bench/facts.h"
 #include "tools/bench/filter/chart.h"
-#include "tools/bench/filter/contest.h"
+#include "tools/bench/filter/filter_case.h"
 #include "tools/bench/filter/measure.h"
 #include "tools/bench/filter/step.h"
 #include "tools/bench/filter/table.h"

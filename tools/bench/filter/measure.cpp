@@ -6,7 +6,7 @@
 #include <thread>
 
 #include "malha/text.h"
-#include "tools/bench/filter/contest.h"
+#include "tools/bench/filter/filter_case.h"
 #include "tools/bench/machine.h"
 #include "tools/bench/medians.h"
 #include "tools/bench/pinned.h"

@@ -9,7 +9,7 @@
 #include "host/solver/solver.h"
 #include "malha/error.h"
 #include "malha/simulation.h"
-#include "tools/bench/filter/contest.h"
+#include "tools/bench/filter/filter_case.h"
 #include "tools/bench/pinned.h"
 
 namespace malha::bench {

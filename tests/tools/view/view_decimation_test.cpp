@@ -7,7 +7,7 @@
 #include <random>
 #include <set>
 
-#include "tools/view/coarse.h"
+#include "tools/view/decimated_mesh.h"
 
 namespace malha {
 namespace {
@@ -57,7 +57,7 @@ double area(const Parts& of, const std::array<unsigned, 3>& t) {
   return ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])) / 2;
 }
 
-TEST(ViewCoarse, CoversSheetsWithFewTrianglesThatFaceTheSameWay) {
+TEST(ViewDecimation, CoversSheetsWithFewTrianglesThatFaceTheSameWay) {
   const int n = 200;
   const Parts parts(n);
   for (const double share : {5.0, 20.0, 60.0}) {
@@ -74,7 +74,7 @@ TEST(ViewCoarse, CoversSheetsWithFewTrianglesThatFaceTheSameWay) {
   }
 }
 
-TEST(ViewCoarse, JoinsNoParts) {
+TEST(ViewDecimation, JoinsNoParts) {
   const Parts parts(60);
   const DecimatedMesh decimated = view::decimate(parts.x.size(), parts.triangles, parts.edges, 20);
   std::set<int> kept;
@@ -92,7 +92,7 @@ TEST(ViewCoarse, JoinsNoParts) {
   }
 }
 
-TEST(ViewCoarse, OfNothingIsNothing) {
+TEST(ViewDecimation, OfNothingIsNothing) {
   const DecimatedMesh decimated = view::decimate(3, {}, {}, 20);
   EXPECT_TRUE(decimated.particles.empty() && decimated.triangles.empty() && decimated.edges.empty());
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/scene/kinds_in_scenes.h"
+#include "host/scene/constraint_schema.h"
 
 #include <limits>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/bench/filter/contest.h"
+#include "tools/bench/filter/filter_case.h"
 
 #include <cstdlib>
 

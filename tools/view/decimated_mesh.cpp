@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/view/coarse.h"
+#include "tools/view/decimated_mesh.h"
 
 #include <algorithm>
 #include <cmath>
