@@ -105,8 +105,12 @@ void project(const UserConstraint& constraint, int count, const int* number, dou
     const double wanted = -C[c] - alpha * lambda[c];
     double share = 0;
     if (across > 0) {
-      const double farthest = (std::abs(lambda[c]) + std::abs(wanted) / (across + alpha)) * way;
-      share = farthest > kMaxStartStep * size ? kMaxStartStep * size / farthest : 1;
+      const double change = wanted / (across + alpha);
+      const double farthest = (std::abs(lambda[c]) + std::abs(change)) * way;
+      double bound = kMaxStartStep;
+      if (k == 2 && (lambda[c] + change) * dot(along[2 * c + 1], minus(start[2 * c + 1], start[2 * c])) > 0)
+        bound = kMaxCompressedStartStep;
+      share = farthest > bound * size ? bound * size / farthest : 1;
     }
     const double sum = across * share + now * (1 - share);
     if (!(sum > 0)) continue;  // nothing can move, or C has no slope: as of a constraint that does not act now

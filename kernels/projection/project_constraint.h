@@ -166,23 +166,26 @@ struct ProjectPack {
     const S zero(R(0)), one(R(1)), grad_dot_along = weighted_dot(w, grad, along);
     // applied / denominator is an upper bound of the magnitude of the substep's total multiplier, this projection
     // included: times `along` it bounds the total correction.
-    S alpha = zero, total = zero, wanted = -C, denominator = grad_dot_along, applied;
+    S alpha = zero, total = zero, wanted = -C, denominator = grad_dot_along, applied, multiplier;
     if constexpr (update == Update::Stiff) {
-      wanted = wanted * S(k_or_alpha), applied = abs(wanted);
+      wanted = wanted * S(k_or_alpha), applied = abs(wanted), multiplier = wanted;
     } else {
       alpha = S(k_or_alpha);
       if constexpr (update == Update::Material) alpha = alpha * rest.value[Kind::rest_values];
       if (!first_iteration) load(lambda + at, total);
       wanted = wanted - s * alpha * total, denominator = grad_dot_along + alpha * s * s_along;
-      applied = abs(wanted) * s_along + abs(total) * denominator, denominator = denominator * s_along;
+      applied = abs(wanted) * s_along + abs(total) * denominator;
+      multiplier = wanted * s_along + total * denominator, denominator = denominator * s_along;
     }
     auto near = grad_dot_along > zero;
     if constexpr (limits_turn<Kind>()) near = near & is_aligned(Kind::min_turn_cosine, w, grad, along, grad_dot_along);
-    const auto whole = near & moves_within(S(max_start_step), applied, denominator, w, along, places.x);
+    auto whole = near & moves_within(S(max_start_step), applied, denominator, w, along, places.x);
     S sum = grad_dot_along;
     if ((movemask(rest.valid) & ~movemask(whole)) != 0) {  // rare: the branch costs less than the work that it saves
+      const S bound = start_step_bound(S(max_start_step), multiplier, along, places.x);
+      if constexpr (n == 2) whole = near & moves_within(bound, applied, denominator, w, along, places.x);
       // A lane's bits do not depend on other lanes: those that go wholly along the old gradient stay as they are.
-      const S share = share_within(S(max_start_step), applied, denominator, w, along, places.x), other = one - share;
+      const S share = share_within(bound, applied, denominator, w, along, places.x), other = one - share;
       const S now = weighted_dot(w, grad, grad);
       sum = select(whole, grad_dot_along, select(near, grad_dot_along * share + now * other, now));
       s_along = select(whole, s_along, select(near, s_along * share + s * other, s));

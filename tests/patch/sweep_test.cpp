@@ -107,7 +107,7 @@ class ScalarSweep {
     // Gradients are computed from positions relative to the first particle.
     for (int j = n - 1; j >= 0; --j) x[j] = x[j] - x[0], p[j] = x[j] + (d[j] - d[0]);
     const R* const rest = &rest_[s][c * Kind::rest_values];
-    const R max_start_step = R(max_start_step_of(set.pressed, model_.scene.solver.iterations));
+    R max_start_step = R(max_start_step_of(set.pressed, model_.scene.solver.iterations));
     const R alpha = set.softness.empty() ? alpha_[s] : alpha_[s] * R(set.softness[c]);
     const auto go = [&](const Vector3<R>(&by)[n], R times) {
       for (int j = 0; j < n; ++j)
@@ -138,11 +138,13 @@ class ScalarSweep {
     const R wanted = set.compliance ? -C - scale * alpha * lambda : -C * k_[s];
     // As in kernels/projection/direction.h: applied / denominator times `along`; for two particles without the size,
     // which `along` has.
-    R denominator = sum, applied = std::abs(wanted);
+    R denominator = sum, applied = std::abs(wanted), multiplier = wanted;
     if (set.compliance) {
-      denominator = sum + alpha * scale * scale_along;
+      denominator = sum + alpha * scale * scale_along, multiplier = wanted * scale_along + lambda * denominator;
       applied = applied * scale_along + std::abs(lambda) * denominator, denominator = denominator * scale_along;
     }
+    if (n == 2 && multiplier * dot(along[1], x[1]) > R(0))  // compressed
+      max_start_step = std::max(max_start_step, R(kMaxCompressedStartStep));
     const R size2 = n == 2 ? R(1) : size2_of(x);
     const R step2 = n == 2 ? R(0) : max_displacement2(w, along), max_w = std::max(w[0], w[1]);
     const bool whole =
