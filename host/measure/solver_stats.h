@@ -134,12 +134,9 @@ struct FilterErrors {
 struct SolverStats {
   std::string instructions;  // of the kernels over packs
   PatchStats patches;
-  bool fused = false;               // prediction and state update are part of the patch solves
-  bool whole_steps = false;         // all substeps of a step in one parallel region
-  bool contact_free_steps = false;  // both, in steps in which no particle can reach the environment
-  std::vector<SetStats> sets;       // in the order of projection
-  std::vector<LevelStats> levels;   // the finest first
-  int levels_interval = 1;          // substeps
+  std::vector<SetStats> sets;      // in the order of projection
+  std::vector<LevelStats> levels;  // the finest first
+  int levels_interval = 1;         // substeps
   std::size_t level_bytes = 0;
   int level_layouts = 0;                                 // one more for each set of pins that is released
   double level_seconds = 0;                              // of set-up

@@ -7,7 +7,6 @@
 #include "host/base/stopwatch.h"
 #include "host/model/model.h"
 #include "host/report/plan_passes.h"
-#include "host/solver/graph_capture.h"
 #include "host/solver/solver.h"
 #include "kernels/environment/edge_truncate.h"
 #include "kernels/parallel/compute.h"
@@ -73,11 +72,12 @@ PatchTraffic patch_traffic(const Model& model, const Solver& solver, const Patch
   for (const Batch& batch : plan.batches) slots[batch.set] += batch.count;
   for (std::size_t s = 0; s < slots.size(); ++s)
     slot_bytes.push_back(slots[s] > 0 ? static_cast<double>(facts.sets[s].bytes) / slots[s] : 0);
+  const bool fuses = solver.step_plan().fuses();
   PatchTraffic traffic;
   for (int iteration = 0; iteration < spec.iterations; ++iteration)
     for (const ColourSweep& sweep : sweep_order(plan.colours())) {
-      const bool predicts = facts.fused && sweep.forward && iteration == 0;
-      const bool updates = facts.fused && sweep.backward && iteration + 1 == spec.iterations;
+      const bool predicts = fuses && sweep.forward && iteration == 0;
+      const bool updates = fuses && sweep.backward && iteration + 1 == spec.iterations;
       for (int k = plan.colour_begin[sweep.colour]; k < plan.colour_begin[sweep.colour + 1]; ++k) {
         traffic.particle_bytes += number * numbers_moved(plan, plan.patches[k], position_numbers, predicts, updates);
         traffic.constraint_bytes += constraint_bytes(plan, plan.patches[k], slot_bytes);
@@ -91,14 +91,15 @@ DeviceEstimate estimate_device(const Simulation& simulation, const Machine& mach
   const Model& model = simulation.model();
   const SolverStats& facts = simulation.solver().facts();
   DeviceEstimate estimate{.machine = machine};
-  for (const StepPass& pass : step_passes(model, facts)) {
+  for (const StepPass& pass : step_passes(model, simulation.solver())) {
     estimate.launches += pass.launches;
     estimate.launches_at_least = estimate.launches_at_least || !pass.remark.empty();
     if (!pass.name.starts_with("fused_solve") && pass.name != "projection") estimate.not_counted.push_back(pass.name);
   }
   // On a device, reductions and the preparation of contact queries for the host are launches of their own.
-  estimate.launches_at_least = estimate.launches_at_least || (machine.fast_bytes > 0 && !facts.fused);
-  estimate.replays = machine.fast_bytes > 0 && can_capture_step(model);
+  estimate.launches_at_least =
+      estimate.launches_at_least || (machine.fast_bytes > 0 && !simulation.solver().step_plan().fuses());
+  estimate.replays = machine.fast_bytes > 0 && simulation.solver().step_plan().recorded;
   if (facts.sets.empty()) return estimate;
   const PatchPlan plan = plan_patches(model, simulation.threads());
   estimate.colours = plan.colours(), estimate.groups_fewest = estimate.groups_most = plan.width();

@@ -125,6 +125,17 @@ Json json_of(const DeviceEstimate& estimate) {
   return json;
 }
 
+Json json_of(const StepPlan& plan) {
+  Json json{{"patch_solves", name_of(plan.solves)},
+            {"skips_contacts", plan.skips_contacts},
+            {"overlaps_queries", plan.overlaps_queries},
+            {"recorded", plan.recorded}};
+  for (const Stage stage : plan.substep) json["substep"].push_back(name_of(stage));
+  json["iteration"] = Json::array();
+  for (const IterationStage stage : plan.iteration) json["iteration"].push_back(name_of(stage));
+  return json;
+}
+
 Json data_of(const Simulation& simulation, const DeviceEstimate* estimate,
              const std::vector<std::optional<Amplification>>* amplifications) {
   const Model& model = simulation.model();
@@ -157,8 +168,9 @@ Json data_of(const Simulation& simulation, const DeviceEstimate* estimate,
     json["filter"] = {{"kind", filter->kind},          {"why", filter->why},       {"storage", filter->storage},
                       {"particles", filter->unknowns}, {"bodies", filter->bodies}, {"bodies_free", facts.free_bodies},
                       {"nonzeros", filter->numbers}};
+  json["step"] = json_of(simulation.solver().step_plan());
   json["launches_a_step"] = Json::object();
-  for (const StepPass& pass : step_passes(model, facts)) {
+  for (const StepPass& pass : step_passes(model, simulation.solver())) {
     json["launches_a_step"][pass.name] = pass.launches;
     if (!pass.remark.empty()) json["launches_remarks"][pass.name] = pass.remark;
   }

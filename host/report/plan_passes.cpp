@@ -12,7 +12,7 @@ namespace malha {
 namespace {
 
 /// Returns the launches of restrictions to all levels in a step, and of the sweeps over them.
-std::size_t launches_of_levels(const Model& model, const SolverStats& facts) {
+std::size_t launches_of_levels(const Model& model, const SolverStats& facts, const StepPlan& plan) {
   if (facts.level_layouts == 0) return 0;
   const int substeps = model.scene.solver.substeps, every = facts.levels_interval;
   const std::size_t uses = (substeps + every - 1) / every;
@@ -24,7 +24,7 @@ std::size_t launches_of_levels(const Model& model, const SolverStats& facts) {
   for (const LevelStats& level : facts.levels) each += sweep_order(level.patches.colours).size();
   // For the finest level: in later substeps of a step the patch solves compute the means, and where they predict they
   // prolongate, too.
-  return origins + uses * each + uses + (facts.whole_steps ? 1 : uses) + (facts.fused ? 0 : uses);
+  return origins + uses * each + uses + (plan.solves == PatchSolves::ByStep ? 1 : uses) + (plan.fuses() ? 0 : uses);
 }
 
 /// Lists the launches of the passes that filter forces.
@@ -45,11 +45,10 @@ std::size_t pinned_at_start(const Model& model) {
   return pinned;
 }
 
-std::vector<StepPass> step_passes(const Model& model, const SolverStats& of_scene) {
+std::vector<StepPass> step_passes(const Model& model, const Solver& of_scene) {
   std::vector<StepPass> all;
-  SolverStats facts = of_scene;
-  if (!facts.user_constraints.empty())
-    facts.fused = facts.whole_steps = facts.contact_free_steps = false;  // user constraints act between the passes
+  const SolverStats& facts = of_scene.facts();
+  const StepPlan& plan = of_scene.step_plan();
   const SolverSpec& solver = model.scene.solver;
   const std::size_t substeps = solver.substeps, iterations = substeps * solver.iterations;
   const auto line = [&all](const std::string& pass, std::size_t launches) {
@@ -70,20 +69,19 @@ std::vector<StepPass> step_passes(const Model& model, const SolverStats& of_scen
   line("air", facts.air_particles > 0 ? 2 * substeps : 0);
   list_filter_passes(model, facts, line);
   // Momenta are measured before and after the fused patch solves, or each iteration's projections, and then restored.
-  const bool alone = of_scene.fused;  // user constraints change nothing here
-  const std::size_t measured = alone ? (of_scene.whole_steps ? 1 : substeps) : iterations;
+  const bool alone = plan.momenta != PatchSolves::InIterations;
+  const std::size_t measured = plan.momenta == PatchSolves::ByStep ? 1 : alone ? substeps : iterations;
   line("momentum_correction", model.free.empty() ? 0 : 4 * measured + (alone ? 2 : 4));
   const bool drags = model.scene.wind && model.scene.wind->drag > 0;
   const bool twice =
       model.scene.wind && facts.filter && !solver.desbrun.filter_external_forces;  // another prediction after the wind
-  line("prediction", substeps * ((drags ? 1 : 0) + (facts.fused ? 0 : 1) + (twice ? 1 : 0)));
-  line("levels", launches_of_levels(model, facts));
+  line("prediction", substeps * ((drags ? 1 : 0) + (plan.fuses() ? 0 : 1) + (twice ? 1 : 0)));
+  line("levels", launches_of_levels(model, facts, plan));
   // Contacts are detected before the iterations and tunnelling is clamped after them, each after a broad phase. There
   // are none without an environment. Contact-free steps compute the clearance to each object, and to all.
-  line("collision",
-       (obstacles > 0 ? substeps * (6 * obstacles + 2) : 0) + (facts.contact_free_steps ? obstacles + 1 : 0));
-  line("fused_solve", facts.fused ? visits : 0);
-  line("projection", facts.fused || facts.sets.empty() ? 0 : visits);
+  line("collision", (obstacles > 0 ? substeps * (6 * obstacles + 2) : 0) + (plan.skips_contacts ? obstacles + 1 : 0));
+  line("fused_solve", plan.fuses() ? visits : 0);
+  line("projection", plan.fuses() || facts.sets.empty() ? 0 : visits);
   line("pressure", substeps * facts.pressure_starts + iterations * facts.pressure_launches);
   line("long_range", facts.long_range > 0 ? iterations : 0);
   line("attachments", iterations * model.attached.size());
@@ -101,10 +99,10 @@ std::vector<StepPass> step_passes(const Model& model, const SolverStats& of_scen
         {"self-collision", 9 * substeps + 2 * iterations, "at least; more where pairs are near or searched for"});
   if (facts.edges) all.push_back({"edges", 10 * substeps, "at least; more where pairs are near"});
   line("state",
-       (facts.fused ? 0 : substeps) + (bounces ? substeps : 0));  // restitution moves particles after the update
+       (plan.fuses() ? 0 : substeps) + (bounces ? substeps : 0));  // restitution moves particles after the update
   line("tearing", can_tear(model.scene) ? 1 : 0);
   line("sleep", model.scene.sleep ? 1 : 0);  // a sleeping scene launches none of these
-  if (facts.contact_free_steps)
+  if (plan.skips_contacts)
     all.push_back(
         {"while nothing comes near the environment", 2 * obstacles + 1 + visits, "collision and patch solves alone"});
   return all;

@@ -17,7 +17,7 @@ struct StepPass {
 };
 
 /// Returns the passes of this scene in the order of a step.
-std::vector<StepPass> step_passes(const Model& model, const SolverStats& facts);
+std::vector<StepPass> step_passes(const Model& model, const Solver& solver);
 
 /// Returns the number of particles that are pinned at the start.
 std::size_t pinned_at_start(const Model& model);

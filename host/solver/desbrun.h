@@ -79,7 +79,6 @@ class Desbrun final : public TimeStepper<Executor, R> {
     started_ = std::chrono::steady_clock::now();
     const Particles<R> all = this->particles();
     const Vector3<R> g = this->to_R(model_.scene.gravity);
-    if (!filter_ || spec_.filter_external_forces) this->apply_wind(h);
     if (!filter_)
       return this->timed(Pass::Prediction, [&] { parallel_for(executor_, all.count, Predict<R>{all, R(h), g}); });
     const Points<R> force = force_.points(), a = acceleration_.points();
@@ -94,12 +93,6 @@ class Desbrun final : public TimeStepper<Executor, R> {
     this->timed(Pass::Prediction, [&] {
       parallel_for(executor_, all.count, FilteredMotion<R>{all, a, forces_->filtered_mass(), R(h), g});
     });
-    if (!spec_.filter_external_forces && model_.scene.wind) {
-      this->apply_wind(h);
-      this->timed(Pass::Prediction, [&] {
-        parallel_for(executor_, all.count, Predict<R>{all, R(h), {R(0), R(0), R(0)}});
-      });
-    }
   }
 
   void correct_bodies(Corrector corrector) {
@@ -119,7 +112,7 @@ class Desbrun final : public TimeStepper<Executor, R> {
   /// smaller by a factor of m / (k dt^2): springs would be stretched by as many times too much. The gradient is that at
   /// the start of the substep, where springs have their directions from too, so that bodies at rest are in equilibrium.
   void start_pressures(const Particles<R>& all) override {
-    if (pressures_.empty() || !filter_) return Base::start_pressures(all);
+    if (!filter_) return Base::start_pressures(all);
     this->timed(Pass::Pressure, [&] {
       for (const std::vector<int>& product : filtered_pressures_)
         for (const int k : product) pressures_[k].start_substep(all.p, all.w, true);

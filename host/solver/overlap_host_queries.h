@@ -7,11 +7,6 @@
 
 namespace malha {
 
-/// Tells whether no pass of the method moves particles between contact detection at meshes and the first patch solve.
-inline bool solve_is_next(const Model& model, const SolverStats& facts) {
-  return !model.sets.empty() && facts.levels.empty() && !facts.filter;
-}
-
 template <class Executor, class R>
 class OverlapHostQueries {
  public:

@@ -19,15 +19,11 @@ class Pbd final : public TimeStepper<Executor, R> {
  public:
   /// `threads`: number of threads of the executor.
   Pbd(const Model& model, const Executor& executor, int threads)
-      : Base(model, executor, threads, true), threads_(threads) {
-    this->facts_.fused = this->runs_fused();
-    this->facts_.levels_interval = levels_interval(model);
+      : Base(model, executor, threads, true), threads_(threads), levels_interval_(levels_interval(model)) {
+    this->facts_.levels_interval = levels_interval_;
     lay_out_levels();
-    const bool steady = model.damped.empty() && model.moved.empty() && !model.scene.wind;
-    this->facts_.whole_steps = this->runs_fused() && steady;
-    this->facts_.contact_free_steps = this->collider_ && !this->collider_->moves() && !this->edges_ &&
-                                      levels_.empty() && steady && has_only_contacts(model) && model.free.empty();
-    if (!this->facts_.contact_free_steps) return;
+    if (!levels_.empty()) this->set_features(step_features(model, true));
+    if (!this->plan_.skips_contacts) return;
     this->collider_->allocate_clearance(), sweep_->allocate_speed_limit();
     this->note_collision();
   }
@@ -44,9 +40,8 @@ class Pbd final : public TimeStepper<Executor, R> {
   void advance() override {
     const SolverSpec& solver = model_.scene.solver;
     const double h = solver.dt / solver.substeps;
-    if (this->has_external_constraints() || this->has_callback()) return this->advance_from(0);
-    if (!this->facts_.whole_steps)
-      return this->advance_from(this->facts_.contact_free_steps ? step_without_contacts(h) : 0);
+    if (this->plan_.solves != PatchSolves::ByStep)
+      return this->advance_from(this->plan_.skips_contacts ? step_without_contacts(h) : 0);
     this->substep_ = 0;
     this->repeat_step("fused solve", [&] {
       start_step();
@@ -87,7 +82,7 @@ class Pbd final : public TimeStepper<Executor, R> {
     if (sweep_->has_non_finite())
       this->refuse_non_finite(sweep_->first_non_finite(this->x_.download(), model_.user_index));
   }
-  void require_finite() override { this->runs_fused() ? check_finite() : Base::require_finite(); }
+  void require_finite() override { this->plan_.fuses() ? check_finite() : Base::require_finite(); }
 
   /// Makes the levels for the state after each release of pins beforehand: the model is not kept.
   void lay_out_levels() {
@@ -115,13 +110,14 @@ class Pbd final : public TimeStepper<Executor, R> {
       auto& own = levels_.emplace_back();
       if (levels.empty()) return;
       ++this->facts_.level_layouts;
-      own.emplace(executor_, levels, *sweep_, threads_, this->can_fuse_passes(), model_.islands, model_.interactive);
+      own.emplace(executor_, levels, *sweep_, threads_, this->plan_.momenta != PatchSolves::InIterations,
+                  model_.islands, model_.interactive);
     });
   }
 
   /// The levels for the present pins if this substep of a step, counted from 0, uses them; otherwise null.
   const Levels<Executor, R>* levels_at(int substep) const {
-    if (levels_.empty() || substep % this->facts_.levels_interval != 0) return nullptr;
+    if (levels_.empty() || substep % levels_interval_ != 0) return nullptr;
     const auto& levels = levels_[this->released_pin_sets()];
     return levels ? &*levels : nullptr;
   }
@@ -134,29 +130,11 @@ class Pbd final : public TimeStepper<Executor, R> {
   }
 
   void predict(double h) override {
-    this->apply_wind(h);
-    if (this->runs_fused()) return void(solve_substeps(h, 1));
-    if (this->momentum_corrector_ && this->can_fuse_passes() && this->substep_ % substeps_per_solve() == 0)
-      this->timed(Pass::MomentumCorrection, [&] { this->momentum_corrector_->before(this->particles()); });
     this->timed(Pass::Prediction, [&] {
       parallel_for(executor_, model_.count(), Predict<R>{this->particles(), R(h), this->to_R(model_.scene.gravity)});
     });
   }
-  /// Handles of particles prevent fused solves. Momenta are then compared over the same substeps as with those, so that
-  /// bodies without handle keep their bits.
-  void end_substep(double h) override {
-    if (this->momentum_corrector_ && this->can_fuse_passes() && (this->substep_ + 1) % substeps_per_solve() == 0)
-      note_momenta(h * substeps_per_solve());
-  }
-  int substeps_per_solve() const { return this->facts_.whole_steps ? model_.scene.solver.substeps : 1; }
-  /// Measures the change of momenta after t seconds under gravity.
-  void note_momenta(double t) {
-    const Vec3& g = model_.scene.gravity;
-    this->timed(Pass::MomentumCorrection, [&] {
-      this->momentum_corrector_->after(this->particles(), {g[0] * t, g[1] * t, g[2] * t});
-    });
-  }
-  bool predict_does_substep() const override { return this->runs_fused(); }
+  void solve_substep(double h) override { solve_substeps(h, 1); }
   const char* requires_fixed_pins() const override {
     return levels_.empty() ? nullptr : "levels, which are laid out for what is pinned";
   }
@@ -167,8 +145,7 @@ class Pbd final : public TimeStepper<Executor, R> {
     int done = substeps;
     const bool limits_speed = speed < INFINITY;
     const int iterations = model_.scene.solver.iterations;
-    if (this->momentum_corrector_)
-      this->timed(Pass::MomentumCorrection, [&] { this->momentum_corrector_->before(this->particles()); });
+    if (this->momentum_corrector_) this->measure_momenta();
     const SolvePatch<R> plain = this->make_solve(h);
     const Particles<R>& all = plain.particles;
     this->timed(Pass::FusedSolve, [&] {
@@ -202,11 +179,11 @@ class Pbd final : public TimeStepper<Executor, R> {
       };
       limits_speed ? sweep_->region(solve_all) : sweep_->region(recorded_, key, solve_all);
     });
-    if (this->momentum_corrector_) note_momenta(h * substeps);
+    if (this->momentum_corrector_) this->compare_momenta(h * substeps);
     return done;
   }
 
-  int threads_;
+  int threads_, levels_interval_;                          // an interval of substeps
   Recording<Executor> recorded_;                           // patch solves
   std::deque<std::optional<Levels<Executor, R>>> levels_;  // by number of released sets of pins; empty: no levels
 };

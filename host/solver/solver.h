@@ -12,6 +12,7 @@
 #include "host/measure/solver_stats.h"
 #include "host/measure/strain.h"
 #include "host/model/model.h"
+#include "host/solver/step_plan.h"
 #include "malha/measures.h"
 #include "malha/particle_handle.h"
 #include "malha/substep_callback.h"
@@ -47,6 +48,8 @@ class Solver {
   /// Number of intersections of edges with triangles, of bodies that collide.
   virtual std::int64_t crossings() const = 0;
   virtual const SolverStats& facts() const = 0;
+  /// How the last step ran, or the first one will.
+  virtual const StepPlan& step_plan() const = 0;
   /// Measures the errors of Desbrun's filter; none: the method has no filter.
   virtual std::optional<FilterErrors> filter_errors() const { return std::nullopt; }
   virtual const std::array<double, kPassNames.size()>& pass_seconds() const = 0;  // per pass, since the start

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Time stepper, the base of all methods, for any executor and precision: the order of a step, which host/README.md
-// lists under "A step", the state of the particles, and what the user does between steps. A pass that a scene does not
-// use is not made.
+// Time stepper, the base of all methods, for any executor and precision: it executes the list of stages that
+// host/solver/step_plan.h makes, and holds the state of the particles and what the user does between steps. A pass that
+// a scene does not use is not made.
 #pragma once
 #include <algorithm>
 #include <iterator>
@@ -13,6 +13,7 @@
 #include "host/attachments/long_range.h"
 #include "host/attachments/moved_pins.h"
 #include "host/attachments/particle_handles.h"
+#include "host/base/launch_graph.h"
 #include "host/base/point_array.h"
 #include "host/base/scoped_value.h"
 #include "host/base/stopwatch.h"
@@ -34,11 +35,10 @@
 #include "host/self_collision/final_guard.h"
 #include "host/self_collision/self_collider.h"
 #include "host/solver/energy_guard.h"
-#include "host/solver/graph_capture.h"
 #include "host/solver/overlap_host_queries.h"
 #include "host/solver/solver.h"
 #include "host/solver/state.h"
-#include "host/solver/step_features.h"
+#include "host/solver/step_plan.h"
 #include "kernels/forces/integrate.h"
 #include "malha/error.h"
 
@@ -62,6 +62,7 @@ class TimeStepper : public Solver {
       ++steps_;
       return;
     }
+    plan();
     advance();
     check_energy();
     if (self_ || collider_) note_collision();
@@ -76,6 +77,7 @@ class TimeStepper : public Solver {
   std::vector<Vec3> positions() const final { return in_user_order(positions_in_order(), model_.user_index); }
   std::vector<Vec3> velocities() const final { return in_user_order(v_.download(), model_.user_index); }
   const SolverStats& facts() const final { return facts_; }
+  const StepPlan& step_plan() const final { return plan_; }
   const std::array<double, kPassNames.size()>& pass_seconds() const final { return seconds_; }
   std::string save() const final {
     return collider_ ? save_state(state_to_save(), *collider_) : save_state(state_to_save());
@@ -145,7 +147,7 @@ class TimeStepper : public Solver {
     user_constraints_.emplace(executor_, model_, all);
     facts_.user_constraints = user_constraints_->facts();
     energy_guard_.exempt(user_constraints_->particles());
-    exclude_from_momentum_correction();
+    exclude_from_momentum_correction(), plan();
   }
   std::vector<double> values_of_user_constraint(std::size_t index) const final {
     return user_constraints_ ? user_constraints_->values(index, x_.points(), w_.data())
@@ -245,48 +247,56 @@ class TimeStepper : public Solver {
     if (self_ && collider_) kinematic_.emplace(executor, model.x.size());
     if (self_) max_object_speed_ = fastest_object(model, model.scene.solver.dt / model.scene.solver.substeps);
     if (model.interactive) handles_.emplace(executor, model);
+    set_features(step_features(model, false));
     note_facts();
   }
 
   /// One step of a scene that does not sleep.
   virtual void advance() { advance_from(0); }
 
+  /// Plans the steps of a scene. A method calls it again when it knows more than the model tells.
+  void set_features(const StepFeatures& features) {
+    features_ = features;
+    plan_ = plan_step(features_, interaction_);
+  }
+  /// Plans the next step anew if the user has taken or released particles, or added constraints or a callback.
+  void plan() {
+    const Interaction now{has_handles(), user_constraints_.has_value(), substep_callback_ != nullptr};
+    if (now == interaction_) return;
+    interaction_ = now;
+    set_features(features_);
+  }
+
   /// The substeps of a step from `first` on.
   void advance_from(int first) {
     const SolverSpec& solver = model_.scene.solver;
     const double h = solver.dt / solver.substeps;
-    const auto at = [&](int s) {
-      return (steps_ + double(s) / solver.substeps) * solver.dt;
-    };  // the same times as at the ends of steps
     repeat_step("substeps", [&] {
       if (first == 0) start_step();
-      for (int s = first; s < solver.substeps; ++s) {
-        if (kinematic_pins_) timed(Pass::Pins, [&] { place_pins(at(s), at(s + 1)); });
-        if (attachments_ && attachments_->release(at(s))) keep_overlaps();
-        if (handles_) handles_->move(particles(), s);
-        substep_ = s;
-        substep(time() + s * h, h);
-        if (handles_) handles_->arrive(particles(), s);
-        if (kinematic_pins_) timed(Pass::Pins, [&] { kinematic_pins_->arrive(particles(), at(s), at(s + 1)); });
-        if (has_callback()) (*substep_callback_)(s + 1, at(s + 1));
-      }
+      for (substep_ = first; substep_ < solver.substeps; ++substep_)
+        for (const Stage stage : plan_.substep) run(stage, h);
     });
-    if (!checks_finite_each_substep()) require_finite();
+    if (!plan_.finite_each_substep) require_finite();
     restore_momenta();
     ++steps_;
   }
 
   void restore_momenta() {
-    const auto work = [&] { momentum_corrector_->restore_momenta(particles(), can_fuse_passes()); };
+    const bool compared = plan_.momenta != PatchSolves::InIterations;
+    const auto work = [&] { momentum_corrector_->restore_momenta(particles(), compared); };
     if (momentum_corrector_) repeat_step("momenta", [&] { timed(Pass::MomentumCorrection, work); });
   }
 
-  /// Runs a part of a step, recorded where all steps have the same launches. Executors that time passes do not record.
+  /// Runs a part of a step, which the plan may have recorded. Executors that time passes do not record.
   template <class Work>
   void repeat_step(const std::string& part, const Work& work) {
-    if (is_timed(executor_) || !can_capture_step(model_) || has_external_constraints() || has_callback()) return work();
-    repeated(
-        executor_, recorded_, [&] { return part + key_from(can_fuse_passes()) + steady_key(model_.scene); }, work);
+    if (is_timed(executor_) || !plan_.recorded) return work();
+    const auto key = [&] {  // of the parameters of launches that may change between steps
+      const Wind wind = model_.scene.wind.value_or(Wind{});
+      return part + key_from(model_.scene.gravity, wind.velocity, wind.drag, wind.density, wind.drag_coefficient,
+                             wind.lift_coefficient);
+    };
+    repeated(executor_, recorded_, key, work);
   }
 
   /// Applies the wind to v: forces on faces if the air has a density, and drag on particles.
@@ -300,16 +310,17 @@ class TimeStepper : public Solver {
 
   /// Called at the start of a step.
   virtual void start_step() {}
-  /// Computes v and p of a substep of h seconds from the forces on the particles, wind included.
+  /// Stage::Predict: computes v and p of a substep of h seconds from the forces on the particles.
   virtual void predict(double h) = 0;
-  /// Called between prediction and the first projection, after contact detection: the levels' correction.
+  /// Stage::SolveSubstep.
+  virtual void solve_substep(double /*h*/) {}
+  /// Stage::CorrectCoarsely.
   virtual void apply_coarse_correction(const Particles<R>& /*all*/) {}
-  /// Called once a substep, after prediction, detection and apply_coarse_correction(), before the first iteration.
+  /// Stage::StartPressures.
   virtual void start_pressures(const Particles<R>& all) {
-    if (!pressures_.empty())
-      timed(Pass::Pressure, [&] {
-        for (auto& pressure : pressures_) pressure.start_substep(all.p, all.w, false);
-      });
+    timed(Pass::Pressure, [&] {
+      for (auto& pressure : pressures_) pressure.start_substep(all.p, all.w, false);
+    });
   }
   /// One projection of all pressures.
   virtual void press(const Particles<R>& all) {
@@ -319,10 +330,6 @@ class TimeStepper : public Solver {
   virtual void require_finite() {
     timed(Pass::State, [&] { refuse(finite_check_.in_step()); });
   }
-  /// Tells whether predict() does the whole substep, up to the new state.
-  virtual bool predict_does_substep() const { return false; }
-  /// Called at the end of a substep of h seconds, unless predict() does the whole substep.
-  virtual void end_substep(double /*h*/) {}
   /// Called after every iteration. True if no other is needed or allowed: by a tolerance, or a time budget.
   virtual bool converged() { return false; }
   /// Called when gravity changes, for methods that cache it.
@@ -330,37 +337,128 @@ class TimeStepper : public Solver {
   /// Name of the component that was built for a fixed set of pins (for error messages), or null.
   virtual const char* requires_fixed_pins() const { return nullptr; }
 
-  void substep(double start, double h) {
+  /// Runs a stage of substep `substep_`, of h seconds.
+  void run(Stage stage, double h) {
     const Particles<R> all = particles();
-    // Gravity is uniform, so that damping may come before it: the rigid part of the motion has all of it.
-    if (damping_) timed(Pass::Damping, [&] { damping_->damp(all); });
-    predict(h);
-    if (predict_does_substep()) return;
-    const auto solve_others = [&](const ActiveMask& queried) {
-      if (!edges_ && !momentum_corrector_ && solve_is_next(model_, facts_))
-        host_overlap_.begin(executor_, *sweep_, make_solve_pass(h, true), queried);
+    const double start = time() + substep_ * h, end = start + h;
+    // The same times as at the ends of steps.
+    const auto at = [&](int s) {
+      const SolverSpec& solver = model_.scene.solver;
+      return (steps_ + double(s) / solver.substeps) * solver.dt;
     };
-    if (collider_) timed(Pass::Collision, [&] { collider_->detect_contacts(all, start, start + h, solve_others); });
-    if (self_) self_->start_substep();
-    if (edges_) timed(Pass::Edges, [&] { edges_->detect_contacts(all, start, start + h); });
-    apply_coarse_correction(all);
-    start_pressures(all);
-    if (!model_.sets.empty() || !runs_fused())
-      for (int iteration = 0; iteration < model_.scene.solver.iterations; ++iteration) {
-        project(all, start, h, iteration == 0);
-        if (converged()) break;
-      }
-    if (collider_) timed(Pass::Collision, [&] { collider_->clamp_tunnelling(all); });
-    truncate_motion(all);
-    if (self_) timed(Pass::SelfCollision, [&] { self_->note_truncation(all, bool(collider_)); });
-    timed(Pass::State, [&] {
-      finite_check_.update(executor_, all, h, substep_);
-      if (checks_finite_each_substep()) refuse(finite_check_.in(substep_));
-    });
-    if (collider_) apply_restitution(all, h);
-    if (self_) timed(Pass::SelfCollision, [&] { self_->end_substep(all, h, max_object_speed_); });
-    if (edges_) timed(Pass::Edges, [&] { edges_->end_substep(all); });
-    end_substep(h);
+    switch (stage) {
+      case Stage::MovePins:
+        return timed(Pass::Pins, [&] { move_kinematic_pins(at(substep_), at(substep_ + 1)); });
+      case Stage::ReleaseAttachments:
+        return attachments_->release(at(substep_)) ? keep_overlaps() : void();
+      case Stage::MoveHandles:
+        return handles_->move(all, substep_);
+      case Stage::Damp:
+        return timed(Pass::Damping, [&] { damping_->damp(all); });
+      case Stage::Wind:
+        return apply_wind(h);
+      case Stage::MeasureMomenta:
+        return begins_comparison() ? measure_momenta() : void();
+      case Stage::Predict:
+        return predict(h);
+      case Stage::PredictWind:
+        return timed(Pass::Prediction, [&] {
+          parallel_for(executor_, all.count, Predict<R>{all, R(h), {R(0), R(0), R(0)}});
+        });
+      case Stage::SolveSubstep:
+        return solve_substep(h);
+      case Stage::DetectContacts:
+        return timed(Pass::Collision, [&] {
+          collider_->detect_contacts(all, start, end, [&](const ActiveMask& queried) {
+            if (plan_.overlaps_queries) host_overlap_.begin(executor_, *sweep_, make_solve_pass(h, true), queried);
+          });
+        });
+      case Stage::StartSelfCollision:
+        return self_->start_substep();
+      case Stage::DetectEdgeContacts:
+        return timed(Pass::Edges, [&] { edges_->detect_contacts(all, start, end); });
+      case Stage::CorrectCoarsely:
+        return apply_coarse_correction(all);
+      case Stage::StartPressures:
+        return start_pressures(all);
+      case Stage::Iterate:
+        return iterate(h);
+      case Stage::ClampTunnelling:
+        return timed(Pass::Collision, [&] { collider_->clamp_tunnelling(all); });
+      case Stage::TruncateMotion:
+        truncate_motion(all);
+        if (self_) timed(Pass::SelfCollision, [&] { self_->note_truncation(all, bool(collider_)); });
+        return;
+      case Stage::UpdateState:
+        return timed(Pass::State, [&] {
+          finite_check_.update(executor_, all, h, substep_);
+          if (plan_.finite_each_substep) refuse(finite_check_.in(substep_));
+        });
+      case Stage::Restitute:
+        return apply_restitution(all, h);
+      case Stage::EndSelfCollision:
+        return timed(Pass::SelfCollision, [&] { self_->end_substep(all, h, max_object_speed_); });
+      case Stage::EndEdgeContacts:
+        return timed(Pass::Edges, [&] { edges_->end_substep(all); });
+      case Stage::CompareMomenta:
+        return ends_comparison() ? compare_momenta(h * substeps_compared()) : void();
+      case Stage::PlaceHandles:
+        return handles_->arrive(all, substep_);
+      case Stage::PlacePins:
+        return timed(Pass::Pins, [&] { kinematic_pins_->arrive(all, at(substep_), at(substep_ + 1)); });
+      case Stage::CallBack:
+        return (*substep_callback_)(substep_ + 1, at(substep_ + 1));
+    }
+  }
+
+  void iterate(double h) {
+    const double start = time() + substep_ * h;
+    for (int iteration = 0; iteration < model_.scene.solver.iterations; ++iteration) {
+      for (const IterationStage stage : plan_.iteration) run(stage, particles(), start, h, iteration == 0);
+      if (converged()) break;
+    }
+  }
+
+  /// Runs a stage of an iteration, in a substep of h seconds from `start` on.
+  void run(IterationStage stage, const Particles<R>& all, double start, double h, bool first_iteration) {
+    switch (stage) {
+      case IterationStage::MeasureMomenta:
+        return timed(Pass::MomentumCorrection, [&] { momentum_corrector_->before_projection(all, h); });
+      case IterationStage::SolvePatches:
+        return timed(Pass::Projection, [&] { host_overlap_.finish(*sweep_, make_solve_pass(h, first_iteration)); });
+      case IterationStage::ProjectPressures:
+        return timed(Pass::Pressure, [&] { press(all); });
+      case IterationStage::CompareMomenta:
+        return timed(Pass::MomentumCorrection, [&] { momentum_corrector_->after_projection(all, h); });
+      case IterationStage::ProjectLongRange:
+        return timed(Pass::LongRange, [&] { long_range_->project(all.p, all.w); });
+      case IterationStage::ProjectAttachments:
+        return timed(Pass::Attachments,
+                     [&] { attachments_->project(all.p, all.w, start, start + h, first_iteration); });
+      case IterationStage::ProjectUserConstraints:
+        return timed(Pass::UserConstraints, [&] { user_constraints_->project(all.p, all.w, first_iteration); });
+      case IterationStage::ProjectHandles:
+        return timed(Pass::Attachments, [&] { handles_->project(all.p, all.w, first_iteration); });
+      case IterationStage::SolveSelfContacts:
+        return timed(Pass::SelfCollision, [&] { self_->solve_contacts(all); });
+      case IterationStage::SolveEdgeContacts:
+        return timed(Pass::Edges, [&] { edges_->solve_contacts(all); });
+      case IterationStage::SolveContacts:
+        return timed(Pass::Contact, [&] { collider_->solve_contacts(all); });
+    }
+  }
+
+  /// Number of substeps over which momenta are compared.
+  int substeps_compared() const { return plan_.momenta == PatchSolves::ByStep ? model_.scene.solver.substeps : 1; }
+  bool begins_comparison() const { return substep_ % substeps_compared() == 0; }
+  bool ends_comparison() const { return (substep_ + 1) % substeps_compared() == 0; }
+  void measure_momenta() {
+    timed(Pass::MomentumCorrection, [&] { momentum_corrector_->before(particles()); });
+  }
+  /// Compares momenta with those t seconds ago, before gravity acted.
+  void compare_momenta(double t) {
+    const Vec3& g = model_.scene.gravity;
+    timed(Pass::MomentumCorrection, [&] { momentum_corrector_->after(particles(), {g[0] * t, g[1] * t, g[2] * t}); });
   }
 
   void truncate_motion(const Particles<R>& all) {
@@ -377,7 +475,7 @@ class TimeStepper : public Solver {
 
   /// Moves kinematic pins and releases those whose time is over. Overlaps that released pins caused are kept, so that
   /// contacts do not throw them apart.
-  void place_pins(double start, double end) {
+  void move_kinematic_pins(double start, double end) {
     const int before = released_pin_sets();
     kinematic_pins_->move(particles(), w_.data(), start, end);
     if (released_pin_sets() > before) keep_overlaps();
@@ -427,22 +525,13 @@ class TimeStepper : public Solver {
   /// -0 becomes 0, as in packs.
   static Vector3<R> to_R(const Vec3& a) { return {R(a[0] + 0), R(a[1] + 0), R(a[2] + 0)}; }
 
-  /// Tells whether the next step is fused.
-  bool runs_fused() const { return can_fuse_passes() && !has_external_constraints() && !has_callback(); }
-  /// Tells whether batched constraints are the only pass between prediction and state update, so that patch solves can
-  /// do all three. Desbrun's filter is part of the prediction. (The model's list of tethers may have been released from
-  /// memory: long_range_ tells.)
-  bool can_fuse_passes() const {
-    return model_.scene.solver.type == "pbd" && !long_range_ && has_no_mid_step_passes(model_);
-  }
   bool has_handles() const { return handles_ && !handles_->empty(); }
   /// Tells whether handles or user constraints act, which the layout does not contain.
   bool has_external_constraints() const { return has_handles() || user_constraints_; }
-  bool has_callback() const { return substep_callback_ != nullptr; }
 
   /// Throws Diverged if the energy has exploded, finite or not. `now`: checks at this step, whichever it is.
   void check_energy(bool now = false) {
-    timed(model_.scene.solver.type == "pbd" && runs_fused() ? Pass::FusedSolve : Pass::State, [&] {
+    timed(plan_.fuses() ? Pass::FusedSolve : Pass::State, [&] {
       const auto wrong = energy_guard_.check(
           particles(), steps_, [&] { return positions_in_order(); }, [&] { return v_.download(); }, now);
       if (wrong)
@@ -450,11 +539,6 @@ class TimeStepper : public Solver {
     });
   }
 
-  /// True if a pass inside the substep cannot handle NaN positions. Otherwise the check waits until the end of the
-  /// step.
-  bool checks_finite_each_substep() const {
-    return collider_ || self_ || edges_ || user_constraints_ || has_callback();
-  }
   void refuse(const std::optional<int>& non_finite) const {
     if (non_finite) refuse_non_finite(model_.user_index[*non_finite]);
   }
@@ -488,6 +572,8 @@ class TimeStepper : public Solver {
   std::optional<EdgeCollider<Executor, R>> edges_;
   std::int64_t steps_ = 0;
   int substep_ = 0;  // of the step
+  StepFeatures features_;
+  StepPlan plan_;  // of the present step
   SolverStats facts_;
 
  private:
@@ -543,26 +629,6 @@ class TimeStepper : public Solver {
     return load_state<R>(bytes, sizes, collider_ ? collider_->triangles() : std::vector<int>{}, file);
   }
 
-  /// One iteration. Contacts come last, so that particles are outside the environment after it.
-  void project(const Particles<R>& all, double start, double h, bool first_iteration) {
-    if (momentum_corrector_ && !can_fuse_passes())
-      timed(Pass::MomentumCorrection, [&] { momentum_corrector_->before_projection(all, h); });
-    if (!model_.sets.empty())
-      timed(Pass::Projection, [&] { host_overlap_.finish(*sweep_, make_solve_pass(h, first_iteration)); });
-    if (!pressures_.empty()) timed(Pass::Pressure, [&] { press(all); });
-    if (momentum_corrector_ && !can_fuse_passes())
-      timed(Pass::MomentumCorrection, [&] { momentum_corrector_->after_projection(all, h); });
-    if (long_range_) timed(Pass::LongRange, [&] { long_range_->project(all.p, all.w); });
-    if (attachments_)
-      timed(Pass::Attachments, [&] { attachments_->project(all.p, all.w, start, start + h, first_iteration); });
-    if (user_constraints_)
-      timed(Pass::UserConstraints, [&] { user_constraints_->project(all.p, all.w, first_iteration); });
-    if (has_handles()) timed(Pass::Attachments, [&] { handles_->project(all.p, all.w, first_iteration); });
-    if (self_) timed(Pass::SelfCollision, [&] { self_->solve_contacts(all); });
-    if (edges_) timed(Pass::Edges, [&] { edges_->solve_contacts(all); });
-    if (collider_) timed(Pass::Contact, [&] { collider_->solve_contacts(all); });
-  }
-
   void note_facts() {
     facts_.particle_bytes = x_.bytes() + v_.bytes() + d_.bytes() + low_.bytes() + w_.bytes() +
                             bytes_of(kinematic_pins_) + bytes_of(momentum_corrector_) + bytes_of(damping_);
@@ -585,6 +651,7 @@ class TimeStepper : public Solver {
   }
 
   const SubstepCallback* substep_callback_ = nullptr;  // during a step; null: none
+  Interaction interaction_;                            // for which plan_ is
   Array<Executor, R> w_;
   std::optional<Damping<Executor, R>> damping_;
   std::vector<LengthRun> lengths_ = length_runs(model_);

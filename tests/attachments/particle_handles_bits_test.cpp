@@ -165,7 +165,7 @@ TEST(ParticleHandle, ThatIsAllowedButUnusedChangesNoBits) {
     Scene scene = two_cloths();
     scene.solver.iterations = iterations, scene.solver.levels = 2;
     Simulation touched = after(scene, 0.3, {.threads = 2, .interactive = true});
-    EXPECT_TRUE(touched.solver().facts().fused);
+    EXPECT_TRUE(touched.solver().step_plan().fuses());
     EXPECT_EQ(touched.state_hash(), after(scene, 0.3).state_hash());
   }
 }

@@ -75,8 +75,8 @@ TEST_P(ContactFreeStep, HasTheBitsOfAStepThatDetectsContacts) {
   scene.environment.push_back(moving_object_far_away());
   const Model with_moving_object = build_model(scene);
   const auto contact_free_steps = make_solver(model, threads), detects = make_solver(with_moving_object, 1);
-  ASSERT_TRUE(contact_free_steps->facts().contact_free_steps);
-  ASSERT_FALSE(detects->facts().contact_free_steps);
+  ASSERT_TRUE(contact_free_steps->step_plan().skips_contacts);
+  ASSERT_FALSE(detects->step_plan().skips_contacts);
   int touching = 0;
   for (int step = 0; step < 90; ++step) {
     contact_free_steps->step(), detects->step();
@@ -205,7 +205,7 @@ TEST(ContactFreeSteps, AreNotTakenWhereTheSceneHasPassesInBetween) {
   const TemporaryFolder folder;
   const Scene scene = flying_bodies(folder, Precision::Float, 1);
   const auto contact_free_steps = [](Scene changed) {
-    return make_solver(build_model(changed), 1)->facts().contact_free_steps;
+    return make_solver(build_model(changed), 1)->step_plan().skips_contacts;
   };
   ASSERT_TRUE(contact_free_steps(scene));
   Scene bare = scene, damped = scene, windy = scene, edges = scene, self = scene;

@@ -119,7 +119,7 @@ TEST(PatchTraffic, OfSeveralPatchesAddsWhatTheyShare) {
     scene.environment.clear(), scene.expect = {};
     scene.solver.iterations = 1;
     const Simulation simulation(scene, {.threads = 1, .machine = "h200"});
-    ASSERT_TRUE(simulation.solver().facts().fused);
+    ASSERT_TRUE(simulation.solver().step_plan().fuses());
     const PatchPlan plan = plan_patches(simulation.model());
     turns = turns || plan.colours() > 2;
     std::vector<int> visits(simulation.model().x.size(), 0);

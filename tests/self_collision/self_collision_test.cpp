@@ -349,7 +349,7 @@ TEST(SelfCollision, CostsNothingWhereItIsNotNamed) {
   simulation.step();
   EXPECT_FALSE(simulation.solver().facts().self);
   EXPECT_EQ(simulation.solver().facts().collision_bytes, 0u);
-  EXPECT_TRUE(simulation.solver().facts().fused);
+  EXPECT_TRUE(simulation.solver().step_plan().fuses());
   EXPECT_EQ(simulation.solver().pass_seconds()[static_cast<int>(Pass::SelfCollision)], 0);
   EXPECT_EQ(plan(simulation).find("self_collision"), std::string::npos);
   EXPECT_NE(plan(Simulation(meeting(0), {.threads = 1}))

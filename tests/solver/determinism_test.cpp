@@ -154,7 +154,7 @@ TEST_P(FusedPatchSolves, HaveTheSameBitsOnAnyNumberOfThreads) {
   const auto hash = [](const Scene& scene, const SimulationOptions& options) {
     Simulation simulation(scene, options);
     for (int step = 0; step < 8; ++step) simulation.step();
-    EXPECT_TRUE(simulation.solver().facts().fused);
+    EXPECT_TRUE(simulation.solver().step_plan().fuses());
     EXPECT_EQ(simulation.solver().facts().patches.patches > 1, simulation.model().count() > 17 * 17);
     return simulation.state_hash();
   };
@@ -201,7 +201,7 @@ TEST(ASweep, HasNoMoreThreadsThanThePatchesOfItsLargestColour) {
 std::string divergence(std::vector<BodySpec> bodies, const SimulationOptions& options) {
   const Scene scene = scene_of(std::move(bodies), {}, 0x1p27, 2, Precision::Float);
   Simulation simulation(scene, options);
-  EXPECT_TRUE(simulation.solver().facts().fused);
+  EXPECT_TRUE(simulation.solver().step_plan().fuses());
   try {
     for (int step = 0; step < 20; ++step) simulation.step();
   } catch (const Diverged& error) {
