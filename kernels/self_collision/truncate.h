@@ -9,6 +9,7 @@
 // are truncated, so that a motion that all particles have in common is not slowed down.
 #pragma once
 #include "kernels/self_collision/narrow_phase.h"
+#include "kernels/simd/particles.h"
 
 namespace malha {
 

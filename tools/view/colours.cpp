@@ -148,7 +148,7 @@ Coloured coloured(const Frame& frame, const VisualFields& fields, VisualField fi
     by_force(frame, *fields.forces, to);
   else if (field == VisualField::Patch && same && fields.structure)
     by_number(fields.structure->patch, fields.structure->patches, "patches", to);
-  else if (field == VisualField::Colour && same && fields.structure)
+  else if (field == VisualField::PatchColour && same && fields.structure)
     by_number(fields.structure->colour, fields.structure->colours, "colours", to);
   else if (field == VisualField::Batch && same && fields.structure)
     by_batch(frame, *fields.structure, to);

@@ -88,7 +88,8 @@ void Side::update_body() {
 std::shared_ptr<const VisualFields> Side::fields(VisualField field) {
   VisualFields next = fields_ ? *fields_ : VisualFields{body_, nullptr, nullptr, nullptr, nullptr, nullptr};
   const Model& model = simulation_->model();
-  const bool structure = field == VisualField::Patch || field == VisualField::Colour || field == VisualField::Batch;
+  const bool structure =
+      field == VisualField::Patch || field == VisualField::PatchColour || field == VisualField::Batch;
   if (field == VisualField::Strain && !next.strains)
     next.strains = std::make_shared<const Strains>(model);
   else if (field == VisualField::Residual && !next.residuals)

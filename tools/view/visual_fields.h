@@ -11,7 +11,7 @@
 
 namespace malha::view {
 
-enum class VisualField { Bodies, Strain, Speed, Residual, Contact, Patch, Colour, Batch, Force };
+enum class VisualField { Bodies, Strain, Speed, Residual, Contact, Patch, PatchColour, Batch, Force };
 inline constexpr std::array kVisualFieldNames{
     "bodies", "strain", "speed", "residual", "contacts", "patches", "colours of patches", "batches", "forces on pins"};
 
