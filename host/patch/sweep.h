@@ -199,6 +199,7 @@ class Sweep {
     // With more iterations than substeps, the heavy loads of a long substep converge faster along current gradients.
     view.from_start = solver.iterations <= solver.substeps,
     view.max_start_step = R(max_start_step_of(set.pressed, solver.iterations));
+    view.max_compressed_start_step = R(max_compressed_start_step_of(set.pressed, solver.iterations));
     return view;
   }
 

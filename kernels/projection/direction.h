@@ -31,6 +31,9 @@ inline constexpr double kMaxCompressedStartStep = 0.12;
 constexpr double max_start_step_of(bool pressed, int iterations) {
   return !pressed ? kMaxStartStep : iterations > 1 ? 0.2 : 0.35;
 }
+constexpr double max_compressed_start_step_of(bool pressed, int iterations) {
+  return pressed ? max_start_step_of(true, iterations) : kMaxCompressedStartStep;
+}
 /// The largest single correction along the direction at the start, over the distance, for constraints that are not
 /// projected in batches.
 inline constexpr double kMaxStartCorrection = 0.25;
@@ -68,12 +71,11 @@ KERNEL S weighted_dot(const S (&w)[n], const Vector3<S> (&a)[n], const Vector3<S
 /// The bound of a constraint whose total multiplier has the sign of `multiplier`. Only of lengths does the sign tell
 /// whether the force is a tension or a compression, which pushes its particles apart along `along`.
 template <class S, int n>
-KERNEL S start_step_bound(const S& max_start_step, const S& multiplier, const Vector3<S> (&along)[n],
-                          const Vector3<S> (&x)[n]) {
-  using R = typename RealOf<S>::type;
+KERNEL S start_step_bound(const S& max_start_step, const S& max_compressed_start_step, const S& multiplier,
+                          const Vector3<S> (&along)[n], const Vector3<S> (&x)[n]) {
   if constexpr (n == 2) {
-    const auto is_compressed = multiplier * dot(along[1], x[1] - x[0]) > S(R(0));
-    return select(is_compressed, max(max_start_step, S(R(kMaxCompressedStartStep))), max_start_step);
+    const auto is_compressed = multiplier * dot(along[1], x[1] - x[0]) > S(typename RealOf<S>::type(0));
+    return select(is_compressed, max_compressed_start_step, max_start_step);
   } else {
     return max_start_step;
   }

@@ -90,7 +90,7 @@ struct SetView {
   R stiffness;                  // Stiff: k'
   R compliance;                 // otherwise: alpha~ = alpha / dt^2
   bool from_start;              // whether directions are gradients at the start of the substep
-  R max_start_step;             // kMaxStartStep (kernels/projection/direction.h)
+  R max_start_step, max_compressed_start_step;  // see kernels/projection/direction.h
 };
 
 /// The rest values of a pack. In a lane without constraint (padding) every kind returns a zero gradient: in a run such
@@ -135,14 +135,15 @@ struct ProjectPack {
   R k_or_alpha;          // k' or alpha~
   bool first_iteration;  // first projection of a substep: lambda is 0
   bool from_start;
-  R max_start_step;
+  R max_start_step, max_compressed_start_step;
 
   KERNEL ProjectPack(const SetView<R>& set, int slot, bool first)
       : lambda(set.lambda + slot * multipliers<Kind>()),
         k_or_alpha(update == Update::Stiff ? set.stiffness : set.compliance),
         first_iteration(first),
         from_start(set.from_start),
-        max_start_step(set.max_start_step) {}
+        max_start_step(set.max_start_step),
+        max_compressed_start_step(set.max_compressed_start_step) {}
 
   /// evaluate() scales C and its gradient by s > 0, which PBD does not notice. XPBD's multiplier grows by s dlambda.
   template <class S>
@@ -182,7 +183,7 @@ struct ProjectPack {
     auto whole = near & moves_within(S(max_start_step), applied, denominator, w, along, places.x);
     S sum = grad_dot_along;
     if ((movemask(rest.valid) & ~movemask(whole)) != 0) {  // rare: the branch costs less than the work that it saves
-      const S bound = start_step_bound(S(max_start_step), multiplier, along, places.x);
+      const S bound = start_step_bound(S(max_start_step), S(max_compressed_start_step), multiplier, along, places.x);
       if constexpr (n == 2) whole = near & moves_within(bound, applied, denominator, w, along, places.x);
       // A lane's bits do not depend on other lanes: those that go wholly along the old gradient stay as they are.
       const S share = share_within(bound, applied, denominator, w, along, places.x), other = one - share;

@@ -144,7 +144,7 @@ class ScalarSweep {
       applied = applied * scale_along + std::abs(lambda) * denominator, denominator = denominator * scale_along;
     }
     if (n == 2 && multiplier * dot(along[1], x[1]) > R(0))  // compressed
-      max_start_step = std::max(max_start_step, R(kMaxCompressedStartStep));
+      max_start_step = R(max_compressed_start_step_of(set.pressed, model_.scene.solver.iterations));
     const R size2 = n == 2 ? R(1) : size2_of(x);
     const R step2 = n == 2 ? R(0) : max_displacement2(w, along), max_w = std::max(w[0], w[1]);
     const bool whole =

@@ -61,7 +61,7 @@ struct OneConstraint {
     SetView<R> set{};
     set.update = update, set.rest_values = Kind::rest_values, set.rest = rest, set.lambda = lambda;
     set.stiffness = R(stiffness), set.compliance = R(compliance), set.from_start = true,
-    set.max_start_step = max_start_step;
+    set.max_start_step = set.max_compressed_start_step = max_start_step;
     for (int j = 0; j < n; ++j) set.index[j] = index[j];
     Batch batch{};
     batch.count = 1, batch.pins = true;
