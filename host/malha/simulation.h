@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -50,6 +49,11 @@ struct Model;     ///< host/model/model.h: the internal model, for other parts o
 class Solver;     ///< host/solver/solver.h
 struct RunTimes;  ///< host/report/report.h
 
+/// Some calls lay the simulation out anew: the tears of step(), cut(), set_pins(), set_gravity() with levels, and
+/// load_checkpoint(), restore_state() and transfer_state_from() where the tears differ. They make a new model and
+/// solver beside the present ones, which takes as long as the set-up did and the memory of both, and swap them in. If
+/// one of them throws, or refuses a state, the simulation is as it was: its state is the same, and all later steps have
+/// the same bits. step() has then advanced without its tears, and the next step() begins with them.
 class Simulation {
  public:
   /// Reads the meshes of the scene and builds the solver. Throws InputError for a scene that cannot be simulated, and
@@ -89,7 +93,7 @@ class Simulation {
   void set_positions(const std::vector<Vec3>& x);
   void set_velocities(const std::vector<Vec3>& v);
 
-  /// Sets gravity (m/s^2) from the next step on. With levels, which depend on the weight, the solver is rebuilt.
+  /// Sets gravity (m/s^2) from the next step on. With levels, which depend on the weight, the layout is new.
   /// Checkpoints do not contain it: set it again before resuming. Throws InputError for numbers that are not finite or
   /// beyond 1e18.
   void set_gravity(const Vec3& gravity);
@@ -102,11 +106,11 @@ class Simulation {
   /// and pins with a release time are not among them.
   std::vector<int> pins() const;
 
-  /// Replaces the set that pins() returns. A released particle gets its mass back, a new pin rests where it is. The
-  /// solver is rebuilt, which takes as long as the set-up did. Pins with keyframes or a release time are not changed. A
-  /// checkpoint or saved state can only be loaded with the pins that were set when it was made. Throws InputError, and
-  /// leaves the simulation unchanged, for an index out of range, for a particle of a rigid attachment or of a pin with
-  /// keyframes or a release time, for a body all of whose particles would be pinned, and for a scene that has torn.
+  /// Replaces the set that pins() returns. A released particle gets its mass back, a new pin rests where it is. Pins
+  /// with keyframes or a release time are not changed. A checkpoint or saved state can only be loaded with the pins
+  /// that were set when it was made. Throws InputError for an index out of range, for a particle of a rigid attachment
+  /// or of a pin with keyframes or a release time, for a body all of whose particles would be pinned, and for a scene
+  /// that has torn.
   void set_pins(std::vector<int> particles);
 
   /// Drags a particle: from the next step on a spring of this compliance (m/N, 1e-12 to 1e12) pulls it to the point
@@ -134,8 +138,7 @@ class Simulation {
   /// right} of the knife (indices into positions()). The vertices on one side are split as by tearing, so that the two
   /// ends of each edge no longer share a face or line. A vertex all of whose faces are crossed is not split. Positions
   /// and velocities do not change. Returns the number of vertices that were split; each adds a particle, the last of
-  /// its body. Throws InputError, and leaves the simulation unchanged, for an index out of range, an edge between two
-  /// bodies, and a body without "tear".
+  /// its body. Throws InputError for an index out of range, an edge between two bodies, and a body without "tear".
   int cut(const std::vector<Edge>& edges);
 
   /// Wakes a sleeping scene, for changes that the solver does not detect. Does nothing in a scene without "sleep".
@@ -186,8 +189,8 @@ class Simulation {
 
   /// Continues from a checkpoint of the same scene with the same bits as the run that wrote it; duration, outputs and
   /// expectations may differ. Gravity and wind are not changed, and pins must be set as they were then. All handles are
-  /// released. Returns the `frames` of save_checkpoint(). Throws InputError, and leaves the state unchanged, for
-  /// another scene, another precision, or a damaged file.
+  /// released. Returns the `frames` of save_checkpoint(). Throws InputError for another scene, another precision, or a
+  /// damaged file.
   std::int64_t load_checkpoint(const std::string& path);
 
   /// Takes over the state of another simulation, for settings that change while a scene runs: its time, rounded up to a
@@ -200,8 +203,7 @@ class Simulation {
   std::string save_state() const;
 
   /// Restores a state that save_state() returned for the same scene and precision, and releases all handles. The steps
-  /// that follow have the same bits as after save_state(). Throws InputError, and leaves the simulation unchanged, for
-  /// any other bytes.
+  /// that follow have the same bits as after save_state(). Throws InputError for any other bytes.
   void restore_state(const std::string& state);
 
   /// The text of report.json: build, machine, sizes, times and measures. `status` is a word for how the run ended,
@@ -214,7 +216,6 @@ class Simulation {
 
  private:
   struct Parts;
-  void rebuild(const Scene& scene, const std::optional<std::vector<int>>& pins = std::nullopt);
   std::unique_ptr<Parts> parts_;
 };
 

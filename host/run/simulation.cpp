@@ -38,6 +38,15 @@ void require_numbers(const char* what, const std::vector<Vec3>& rows, std::size_
       if (!(std::abs(number) <= 1e18)) refuse(what, "row " + std::to_string(i), shown(number), "numbers up to 1e18");
 }
 
+/// Returns the number in `now` of a particle of `then`, which tore into it: new particles come last in their bodies. A
+/// number that is none of its particles stays.
+int after_tears(int particle, const RenderMesh& then, const RenderMesh& now) {
+  for (std::size_t body = 0; body + 1 < then.body_begin.size(); ++body)
+    if (particle >= then.body_begin[body] && particle < then.body_begin[body + 1])
+      return particle + now.body_begin[body] - then.body_begin[body];
+  return particle;
+}
+
 }  // namespace
 
 Backend backend_named(const std::string& name) {
@@ -48,147 +57,182 @@ Backend backend_named(const std::string& name) {
 }
 
 struct Simulation::Parts {
-  Model model;  // referenced by the solver
-  std::unique_ptr<Solver> solver;
+  /// All that an edit replaces.
+  struct Layout {
+    Model model;  // referenced by the solver
+    std::vector<Split> splits;
+    std::unique_ptr<Solver> solver;
+
+    /// Sets the state. Pins get velocity 0, or that of their keyframes, which every step sets again, because substeps
+    /// of separate passes would move them with any other velocity.
+    void set_state(std::int64_t steps, const std::vector<Vec3>& x, std::vector<Vec3> v) const {
+      const double time = static_cast<double>(steps) * model.scene.solver.dt;
+      const std::vector<bool> pinned = pinned_now(model, time), driven = has_keyframes(model);
+      const std::vector<Vec3> now = solver->velocities();
+      for (std::size_t i = 0; i < v.size(); ++i)
+        if (pinned[i]) v[i] = driven[i] ? now[i] : Vec3{0, 0, 0};
+      solver->set_state(steps, x, v);
+    }
+  };
+  /// A change of the model: what it becomes, the splits in it, and how the new solver gets its state.
+  struct Edit {
+    Model model;
+    std::vector<Split> splits;
+    std::function<void(const Layout& next)> set_state;
+  };
+
+  std::unique_ptr<Layout> layout;
   SimulationOptions options;
   RunTimes times;
   int threads = 1;
   std::optional<AdaptiveThreadCount> choice;      // none: always all threads
   std::optional<std::uint64_t> scene;             // hash of the scene at the start, computed when it is first needed
   std::optional<std::vector<int>> pins_at_start;  // set once pins were changed, because layouts depend on them
-  // For scenes that tear:
-  RenderMesh untorn;  // the mesh before the first tear
-  std::vector<Split> splits;
+  RenderMesh untorn;                              // the mesh before the first tear, of a scene that tears
+  bool tears_due = false;                         // the last step overstretched edges, which have not torn yet
 
-  /// Returns the hash of the model before any tear.
+  Model& model() const { return layout->model; }
+  Solver& solver() const { return *layout->solver; }
+  const std::vector<Split>& splits() const { return layout->splits; }
+
+  /// Returns the hash of the model before any edit.
   std::uint64_t hash_of_scene() {
-    if (!scene) scene = scene_hash(model);
+    if (!scene) scene = scene_hash(model());
     return *scene;
   }
   /// Returns the hash that identifies checkpoints with the present pins. Checkpoints do not contain gravity and wind;
   /// those of the start count.
   std::uint64_t hash_of_scene_and_pins() {
     if (!pins_at_start) return hash_of_scene();
-    const std::vector<int> now = static_pins(model);
+    const std::vector<int> now = static_pins(model());
     return now == *pins_at_start ? hash_of_scene() : hash_bytes(now.data(), now.size() * sizeof(int), hash_of_scene());
   }
 
-  void make_solver_for_model() {
-    model.interactive = options.interactive ||
-                        !options.constraints.empty();  // handles and user constraints both act outside the patch solves
-    solver = options.backend == Backend::Cuda
-                 ? make_solver_on_cuda(model, threads, options.progress, options.timed_passes)
-                 : make_solver(model, threads, options.instructions, options.progress);
-    times.strains.every = solver->steps_to_sample();
-    if (!options.constraints.empty()) add_user_constraints();
-    release_setup_memory(model);
+  /// Reads the meshes of a scene, and lays them out as they start.
+  Model read_model(const Scene& of) const {
+    show("reading meshes, listing and ordering constraints");
+    Model made = build_model(of, threads, machine_named(options.machine).patch_bounds(of.solver.precision));
+    note_solid_crossings(made);
+    start_outside(made), note_starts_behind(made);
+    refuse_edge_crossings(made);
+    show(of.environment.empty() ? "colouring and laying out" : "colouring and laying out, building trees");
+    return made;
   }
-  /// Adds user constraints in the present numbering: tears shift the particles of later bodies.
-  void add_user_constraints() {
+  /// Lays out the meshes before the first tear after these splits.
+  Model torn_model(const Scene& of, const std::vector<Split>& all) const {
+    const Model& now = model();
+    return build_torn_model(of, {&untorn, &all, &now.environment, now.zero_area_faces, &now.notes}, threads,
+                            now.patches.bounds);
+  }
+  void show(const char* what) const {
+    if (options.progress) options.progress(what, -1);
+  }
+
+  std::unique_ptr<Layout> make_layout(Model model, std::vector<Split> splits) const {
+    auto made = std::make_unique<Layout>(Layout{std::move(model), std::move(splits), nullptr});
+    made->model.interactive = options.interactive || !options.constraints.empty();  // which act outside patch solves
+    made->solver = options.backend == Backend::Cuda
+                       ? make_solver_on_cuda(made->model, threads, options.progress, options.timed_passes)
+                       : make_solver(made->model, threads, options.instructions, options.progress);
     std::vector<UserConstraint> all = options.constraints;
     for (UserConstraint& one : all)
-      for (int& particle : one.particles)
-        for (std::size_t body = 0; body + 1 < untorn.body_begin.size(); ++body)
-          if (particle >= untorn.body_begin[body] && particle < untorn.body_begin[body + 1]) {
-            particle += model.render_mesh.body_begin[body] - untorn.body_begin[body];
-            break;
-          }
-    solver->add_user_constraints(all);
+      for (int& particle : one.particles) particle = after_tears(particle, untorn, made->model.render_mesh);
+    if (!all.empty()) made->solver->add_user_constraints(all);
+    release_setup_memory(made->model);
+    return made;
+  }
+  void swap_in(std::unique_ptr<Layout> next) noexcept {
+    times.layouts += layout && layout->splits.size() != next->splits.size();
+    layout = std::move(next);
+    times.splits = static_cast<int>(splits().size());
+    times.strains.every = solver().steps_to_sample();
+  }
+
+  /// Carries out an edit: what can throw comes before the swap, and changes nothing here.
+  void rebuild(Edit edit) {
+    hash_of_scene();
+    std::unique_ptr<Layout> next = make_layout(std::move(edit.model), std::move(edit.splits));
+    edit.set_state(*next);
+    swap_in(std::move(next));
+  }
+  /// Rebuilds with a model of the same particles. They keep their state, and those that are not pinned their handles.
+  void rebuild_with_same_particles(Model model) {
+    rebuild({std::move(model), splits(), [this](const Layout& next) {
+               next.set_state(solver().steps(), solver().positions(), solver().velocities());
+               const std::vector<int> pins = static_pins(next.model);
+               for (const ParticleHandle& one : solver().taken())
+                 if (!std::binary_search(pins.begin(), pins.end(), one.particle)) next.solver->take(one);
+             }});
   }
 
   /// Takes a step with user constraints; if one throws, the state before is restored.
   void step_or_restore(const SubstepCallback& after) {
-    const std::string before = solver->save();
-    const std::vector<ParticleHandle> taken = solver->taken();
+    const std::string before = solver().save();
+    const std::vector<ParticleHandle> taken = solver().taken();
     try {
-      solver->step(after);
+      solver().step(after);
     } catch (const Diverged&) {
       throw;
     } catch (...) {
-      solver->restore(before);
-      for (const ParticleHandle& one : taken) solver->take(one);
+      solver().restore(before);
+      for (const ParticleHandle& one : taken) solver().take(one);
       throw;
     }
   }
   /// Sets positions and velocities; handles stay.
   void set_state(const std::vector<Vec3>& x, const std::vector<Vec3>& v) {
-    const std::vector<ParticleHandle> taken = solver->taken();
-    set_state(solver->steps(), x, v);
-    for (const ParticleHandle& one : taken) solver->take(one);
-  }
-  /// Sets the state. Pins get velocity 0, or that of their keyframes, which every step sets again, because substeps of
-  /// separate passes would move them with any other velocity.
-  void set_state(std::int64_t steps, const std::vector<Vec3>& x, std::vector<Vec3> v) {
-    const double time = static_cast<double>(steps) * model.scene.solver.dt;
-    const std::vector<bool> pinned = pinned_now(model, time), driven = has_keyframes(model);
-    const std::vector<Vec3> now = solver->velocities();
-    for (std::size_t i = 0; i < v.size(); ++i)
-      if (pinned[i]) v[i] = driven[i] ? now[i] : Vec3{0, 0, 0};
-    solver->set_state(steps, x, v);
+    const std::vector<ParticleHandle> taken = solver().taken();
+    layout->set_state(solver().steps(), x, v);
+    for (const ParticleHandle& one : taken) solver().take(one);
   }
 
   /// Refuses a state with positions or velocities that are not finite.
   void require_finite(const char* what) const {
-    for (const auto& rows : {solver->positions(), solver->velocities()})
+    for (const auto& rows : {solver().positions(), solver().velocities()})
       for (std::size_t i = 0; i < rows.size(); ++i)
         if (!finite(rows[i]))
-          refuse(what, "", particle_name(model, static_cast<int>(i)) + ", whose position or velocity is not finite",
+          refuse(what, "", particle_name(model(), static_cast<int>(i)) + ", whose position or velocity is not finite",
                  "a finite state");
   }
 
-  /// Rebuilds the solver for this torn model; its state is set afterwards.
-  void rebuild_solver(std::vector<Split> all, Model next) {
-    solver.reset();
-    model = std::move(next);
-    make_solver_for_model();
-    splits = std::move(all), times.splits = static_cast<int>(splits.size());
-    ++times.layouts;
+  void tear_if_due() {
+    if (tears_due) split(find_tears(model(), solver().positions(), pinned()));
+    tears_due = false;
   }
-  Model torn_model(const std::vector<Split>& all) const {
-    return build_torn_model(model.scene, {&untorn, &all, &model.environment, model.zero_area_faces, &model.notes},
-                            threads, model.patches.bounds);
-  }
-
-  void tear() { split(find_tears(model, solver->positions(), pinned())); }
   std::vector<bool> pinned() const {
     std::vector<int> held;
-    for (const ParticleHandle& one : solver->taken())
+    for (const ParticleHandle& one : solver().taken())
       if (one.is_held()) held.push_back(one.particle);
-    return pinned_now(model, solver->time(), held);
+    return pinned_now(model(), solver().time(), held);
   }
   void split(const std::vector<Split>& found) {
     if (found.empty()) return;
     times.layout_seconds += seconds([&] {
-      std::vector<Split> all = splits;
+      std::vector<Split> all = splits();
       all.insert(all.end(), found.begin(), found.end());
-      Model next = torn_model(all);
-      const std::vector<int> from = ancestors(model, next, all, splits.size());
-      const std::string state = solver->save();
-      const auto passes = solver->pass_seconds();
-      const std::size_t particles = model.x.size();
-      std::vector<ParticleHandle> taken = solver->taken();
-      for (ParticleHandle& one : taken) {  // new particles come last in their bodies
-        const int body = body_of(model, one.particle);
-        one.particle += next.render_mesh.body_begin[body] - model.render_mesh.body_begin[body];
-      }
-      rebuild_solver(std::move(all), std::move(next));
-      solver->restore_after_split(state, particles, from, passes);
-      for (const ParticleHandle& one : taken) solver->take(one);
+      rebuild({torn_model(model().scene, all), all, [this](const Layout& next) {
+                 const std::vector<int> from = ancestors(model(), next.model, next.splits, splits().size());
+                 next.solver->restore_after_split(solver().save(), model().x.size(), from, solver().pass_seconds());
+                 for (ParticleHandle one : solver().taken()) {
+                   one.particle = after_tears(one.particle, model().render_mesh, next.model.render_mesh);
+                   next.solver->take(one);
+                 }
+               }});
     });
   }
 
   /// Returns all that the next step depends on: the tears of a scene that can tear, and the solver's state.
   std::string save() const {
-    if (!can_tear(model.scene)) return solver->save();
-    const std::vector<int> numbers = encode_splits(splits);
+    if (!can_tear(model().scene)) return solver().save();
+    const std::vector<int> numbers = encode_splits(splits());
     const std::uint64_t count = numbers.size();
     std::string bytes(reinterpret_cast<const char*>(&count), sizeof count);
     if (count > 0) bytes.append(reinterpret_cast<const char*>(numbers.data()), count * sizeof(int));
-    return bytes + solver->save();
+    return bytes + solver().save();
   }
-  /// Restores a state. `file`: named in refusals. After a refusal nothing has changed.
+  /// Restores a state. `file`: named in refusals.
   void restore(const std::string& bytes, const std::string& file) {
-    if (!can_tear(model.scene)) return solver->restore(bytes, file);
+    if (!can_tear(model().scene)) return solver().restore(bytes, file);
     std::uint64_t count = 0;
     if (bytes.size() < sizeof count) refuse(file, "state", counted(bytes.size(), "byte"), "a number of tears at least");
     std::memcpy(&count, bytes.data(), sizeof count);
@@ -197,23 +241,13 @@ struct Simulation::Parts {
     std::vector<int> numbers(count);
     if (count > 0) std::memcpy(numbers.data(), bytes.data() + sizeof count, count * sizeof(int));
     const std::string state = bytes.substr(sizeof count + count * sizeof(int));
-    if (numbers == encode_splits(splits)) return solver->restore(state, file);
-    std::vector<Split> all = decode_splits(numbers, model.scene, untorn, file), before = splits;
-    const std::string there = solver->save();
-    const std::vector<ParticleHandle> taken = solver->taken();
-    rebuild_with_splits(std::move(all));
-    try {
-      solver->restore(state, file);
-    } catch (const InputError&) {
-      rebuild_with_splits(std::move(before));
-      solver->restore(there);
-      for (const ParticleHandle& one : taken) solver->take(one);
-      throw;
+    if (numbers == encode_splits(splits())) {
+      solver().restore(state, file);
+    } else {
+      const std::vector<Split> all = decode_splits(numbers, model().scene, untorn, file);
+      rebuild({torn_model(model().scene, all), all, [&](const Layout& next) { next.solver->restore(state, file); }});
     }
-  }
-  void rebuild_with_splits(std::vector<Split> all) {
-    Model next = torn_model(all);
-    rebuild_solver(std::move(all), std::move(next));
+    tears_due = false;
   }
 };
 
@@ -224,20 +258,10 @@ Simulation::Simulation(const Scene& scene, const SimulationOptions& options) : p
   parts_->threads = serial ? 1 : options.threads > 0 ? options.threads : available_threads();
   require_threads(parts_->threads);
   if ((options.threads <= 0 || options.adaptive_threads) && !on_device) parts_->choice.emplace(parts_->threads);
-  const auto doing = [&](const char* what) {
-    if (options.progress) options.progress(what, -1);
-  };
-  doing("reading meshes, listing and ordering constraints");
-  parts_->times.model_seconds = seconds([&] {
-    parts_->model =
-        build_model(scene, parts_->threads, machine_named(options.machine).patch_bounds(scene.solver.precision));
-    note_solid_crossings(parts_->model);
-    start_outside(parts_->model), note_starts_behind(parts_->model);
-    refuse_edge_crossings(parts_->model);
-  });
-  doing(scene.environment.empty() ? "colouring and laying out" : "colouring and laying out, building trees");
-  parts_->times.solver_seconds = seconds([&] { parts_->make_solver_for_model(); });
-  if (can_tear(scene)) parts_->untorn = parts_->model.render_mesh, parts_->hash_of_scene();
+  Model model;
+  parts_->times.model_seconds = seconds([&] { model = parts_->read_model(scene); });
+  parts_->times.solver_seconds = seconds([&] { parts_->swap_in(parts_->make_layout(std::move(model), {})); });
+  if (can_tear(scene)) parts_->untorn = parts_->model().render_mesh;
 }
 Simulation::Simulation(Simulation&&) noexcept = default;
 Simulation& Simulation::operator=(Simulation&&) noexcept = default;
@@ -250,34 +274,36 @@ void Simulation::step(const SubstepCallback& after) {
   if (parts_->times.steps.count() == 0) trace.emplace();
   if (parts_->threads > 1 && parts_->choice && parts_->choice->threads() == 1) ++parts_->times.steps_alone;
   const auto step = [&] {
-    parts_->options.constraints.empty() ? parts_->solver->step(after) : parts_->step_or_restore(after);
+    parts_->options.constraints.empty() ? parts_->solver().step(after) : parts_->step_or_restore(after);
   };
   parts_->times.steps.add(seconds([&] {
+    parts_->tear_if_due();
     parts_->choice ? parts_->choice->take(step) : step();
-    if (parts_->solver->overstretched()) parts_->tear();
+    parts_->tears_due = parts_->solver().overstretched();
+    parts_->tear_if_due();
     LargestStrains& strains = parts_->times.strains;
-    if (strains.every > 0 && steps() % strains.every == 0) strains.take(parts_->solver->strains(), steps());
+    if (strains.every > 0 && steps() % strains.every == 0) strains.take(parts_->solver().strains(), steps());
   }));
   if (trace) parts_->times.launches = trace->list();
 }
 
-void Simulation::check_divergence() { parts_->solver->check_divergence(); }
+void Simulation::check_divergence() { parts_->solver().check_divergence(); }
 
-void Simulation::move_pin(int particle, const Vec3& to) { parts_->solver->move_pins({particle}, {to}); }
+void Simulation::move_pin(int particle, const Vec3& to) { parts_->solver().move_pins({particle}, {to}); }
 void Simulation::move_pins(const std::vector<int>& particles, const std::vector<Vec3>& to) {
   require_numbers("positions of pins", to, particles.size(), "one a pin");
-  parts_->solver->move_pins(particles, to);
+  parts_->solver().move_pins(particles, to);
 }
 
 void Simulation::set_positions(const std::vector<Vec3>& x) {
-  require_numbers("positions", x, parts_->model.x.size(), "one a particle");
+  require_numbers("positions", x, parts_->model().x.size(), "one a particle");
   std::vector<Vec3> v = velocities();
   for (Vec3& one : v)
     if (!finite(one)) one = {0, 0, 0};
   parts_->set_state(x, v);
 }
 void Simulation::set_velocities(const std::vector<Vec3>& v) {
-  require_numbers("velocities", v, parts_->model.x.size(), "one a particle");
+  require_numbers("velocities", v, parts_->model().x.size(), "one a particle");
   const std::vector<Vec3> x = positions();
   if (!std::all_of(x.begin(), x.end(), finite))
     refuse("velocities", "", "positions that are not finite", "to set positions first");
@@ -286,72 +312,61 @@ void Simulation::set_velocities(const std::vector<Vec3>& v) {
 
 void Simulation::set_gravity(const Vec3& gravity) {
   require_numbers("gravity", {gravity}, 1, "one");
-  if (gravity == parts_->model.scene.gravity) return;
+  if (gravity == parts_->model().scene.gravity) return;
   parts_->hash_of_scene();
-  if (!parts_->solver->facts().levels.empty()) {
-    Scene scene = parts_->model.scene;
+  if (!parts_->solver().facts().levels.empty()) {
+    Scene scene = parts_->model().scene;
     scene.gravity = gravity;
-    return rebuild(scene);
+    const bool torn = !parts_->splits().empty();
+    return parts_->rebuild_with_same_particles(torn ? parts_->torn_model(scene, parts_->splits())
+                                                    : parts_->read_model(scene));
   }
-  parts_->model.scene.gravity = gravity;
-  parts_->solver->change_gravity();
+  parts_->model().scene.gravity = gravity;
+  parts_->solver().change_gravity();
 }
 void Simulation::set_wind(const Vec3& velocity) {
   require_numbers("wind", {velocity}, 1, "one");
-  Scene& scene = parts_->model.scene;
+  Scene& scene = parts_->model().scene;
   if (!scene.wind) refuse("set_wind", "", "a scene without wind", "one that names it: air is laid out at the start");
   if (velocity == scene.wind->velocity) return;
   parts_->hash_of_scene();
   scene.wind->velocity = velocity;
-  parts_->solver->change_wind();
+  parts_->solver().change_wind();
 }
 
-std::vector<int> Simulation::pins() const { return static_pins(parts_->model); }
+std::vector<int> Simulation::pins() const { return static_pins(parts_->model()); }
 void Simulation::set_pins(std::vector<int> particles) {
   std::sort(particles.begin(), particles.end());
   particles.erase(std::unique(particles.begin(), particles.end()), particles.end());
   const std::vector<int> before = pins();
   if (particles == before) return;
-  if (!parts_->splits.empty())
+  if (!parts_->splits().empty())
     refuse("pins", "", "a scene that has torn", "to set them before a vertex is torn or cut in two");
-  const Scene scene = with_pins(parts_->model, particles);
-  parts_->hash_of_scene();
-  if (!parts_->pins_at_start) parts_->pins_at_start = before;
-  rebuild(scene, particles);
-}
-
-void Simulation::rebuild(const Scene& scene, const std::optional<std::vector<int>>& pins) {
-  Simulation next(scene, parts_->options);
-  Parts& parts = *next.parts_;
-  if (!parts_->splits.empty()) parts.rebuild_with_splits(parts_->splits);
-  if (pins && next.pins() != *pins)
+  Model next = parts_->read_model(with_pins(parts_->model(), particles));
+  if (static_pins(next) != particles)
     refuse("pins", "", "a particle left out that a rigid attachment holds", "all those that attachments hold");
-  parts.set_state(steps(), positions(), velocities());
-  for (const ParticleHandle& one : handles())
-    if (!pins || !std::binary_search(pins->begin(), pins->end(), one.particle)) parts.solver->take(one);
-  parts.scene = parts_->scene, parts.pins_at_start = parts_->pins_at_start;
-  std::swap(parts.times, parts_->times);
-  *this = std::move(next);
+  parts_->rebuild_with_same_particles(std::move(next));
+  if (!parts_->pins_at_start) parts_->pins_at_start = before;
 }
 
 void Simulation::pull(int particle, const Vec3& to, double compliance) {
   if (compliance == 0)  // compliance 0 would hold the particle
     throw InputError("pull: found compliance 0; allowed: 1e-12 to 1e12 m/N");
-  parts_->solver->take({particle, to, compliance});
+  parts_->solver().take({particle, to, compliance});
 }
 void Simulation::hold(int particle) {
   const std::vector<Vec3> x = positions();
   const bool there = particle >= 0 && static_cast<std::size_t>(particle) < x.size();
   hold(particle, there ? x[particle] : Vec3{});
 }
-void Simulation::hold(int particle, const Vec3& to) { parts_->solver->take({particle, to}); }
-void Simulation::release(int particle) { parts_->solver->release(particle); }
-std::vector<ParticleHandle> Simulation::handles() const { return parts_->solver->taken(); }
+void Simulation::hold(int particle, const Vec3& to) { parts_->solver().take({particle, to}); }
+void Simulation::release(int particle) { parts_->solver().release(particle); }
+std::vector<ParticleHandle> Simulation::handles() const { return parts_->solver().taken(); }
 
 int Simulation::cut(const std::vector<Edge>& edges) {
-  const std::vector<Split> found = find_cuts(parts_->model, edges, parts_->pinned());
+  const std::vector<Split> found = find_cuts(parts_->model(), edges, parts_->pinned());
   parts_->split(found);
-  if (!found.empty()) parts_->solver->wake();
+  if (!found.empty()) parts_->solver().wake();
   return static_cast<int>(found.size());
 }
 
@@ -362,32 +377,32 @@ void Simulation::restore_state(const std::string& state) {
   parts_->restore(without_state_header(state, parts_->hash_of_scene_and_pins()), "state");
 }
 
-void Simulation::wake() { parts_->solver->wake(); }
+void Simulation::wake() { parts_->solver().wake(); }
 
-double Simulation::time() const { return parts_->solver->time(); }
-std::int64_t Simulation::steps() const { return parts_->solver->steps(); }
+double Simulation::time() const { return parts_->solver().time(); }
+std::int64_t Simulation::steps() const { return parts_->solver().steps(); }
 int Simulation::threads() const { return parts_->threads; }
 int Simulation::tears() const { return parts_->times.splits; }
-std::vector<Vec3> Simulation::positions() const { return parts_->solver->positions(); }
-std::vector<Vec3> Simulation::velocities() const { return parts_->solver->velocities(); }
-std::vector<double> Simulation::inverse_masses() const { return parts_->solver->inverse_masses(); }
+std::vector<Vec3> Simulation::positions() const { return parts_->solver().positions(); }
+std::vector<Vec3> Simulation::velocities() const { return parts_->solver().velocities(); }
+std::vector<double> Simulation::inverse_masses() const { return parts_->solver().inverse_masses(); }
 std::vector<double> Simulation::constraint_values(std::size_t index) const {
-  return parts_->solver->values_of_user_constraint(index);
+  return parts_->solver().values_of_user_constraint(index);
 }
 std::vector<int> Simulation::particles_of_vertices(std::size_t body) const {
-  return malha::particles_of_vertices(parts_->model.render_mesh, body);
+  return malha::particles_of_vertices(parts_->model().render_mesh, body);
 }
-Measures Simulation::measure() const { return parts_->solver->measure(); }
+Measures Simulation::measure() const { return parts_->solver().measure(); }
 void Simulation::count_crossings() {
-  const Scene& scene = parts_->model.scene;
+  const Scene& scene = parts_->model().scene;
   if (!scene.self_collision && !names_edges(scene)) return;
   RunTimes& times = parts_->times;
-  times.most_crossings = std::max(times.most_crossings, parts_->solver->crossings()), ++times.crossings_counted;
+  times.most_crossings = std::max(times.most_crossings, parts_->solver().crossings()), ++times.crossings_counted;
 }
-std::uint64_t Simulation::state_hash() const { return parts_->solver->state_hash(); }
+std::uint64_t Simulation::state_hash() const { return parts_->solver().state_hash(); }
 
 std::vector<std::string> Simulation::failed_expectations() const {
-  const Model& model = parts_->model;
+  const Model& model = parts_->model();
   std::vector<ParticlesOfBody> bodies;
   for (std::size_t b = 0; b < model.scene.bodies.size(); ++b)
     bodies.push_back({model.scene.bodies[b].name, static_cast<std::size_t>(model.render_mesh.body_begin[b]),
@@ -411,28 +426,31 @@ std::int64_t Simulation::load_checkpoint(const std::string& path) {
 }
 
 void Simulation::transfer_state_from(const Simulation& before) {
-  if (can_tear(model().scene) && !before.parts_->splits.empty()) parts_->rebuild_with_splits(before.parts_->splits);
-  const RenderMesh &now = model().render_mesh, &then = before.model().render_mesh;
-  std::vector<Vec3> x = positions(), v = velocities();
-  const std::vector<Vec3> x_then = before.positions(), v_then = before.velocities();
-  for (std::size_t b = 0; b < model().scene.bodies.size(); ++b)
-    for (std::size_t a = 0; a < before.model().scene.bodies.size(); ++a) {
-      const int first = now.body_begin[b], from = then.body_begin[a], count = then.body_begin[a + 1] - from;
-      const bool same = model().scene.bodies[b].name == before.model().scene.bodies[a].name;
-      if (!same || now.body_begin[b + 1] - first != count) continue;
-      std::copy_n(x_then.begin() + from, count, x.begin() + first);
-      std::copy_n(v_then.begin() + from, count, v.begin() + first);
-    }
-  const auto steps = static_cast<std::int64_t>(std::ceil(before.time() / model().scene.solver.dt - 1e-6));
-  parts_->set_state(steps, x, v);
+  const auto set_state = [&](const Parts::Layout& to) {
+    const RenderMesh &now = to.model.render_mesh, &then = before.model().render_mesh;
+    std::vector<Vec3> x = to.solver->positions(), v = to.solver->velocities();
+    const std::vector<Vec3> x_then = before.positions(), v_then = before.velocities();
+    for (std::size_t b = 0; b < to.model.scene.bodies.size(); ++b)
+      for (std::size_t a = 0; a < before.model().scene.bodies.size(); ++a) {
+        const int first = now.body_begin[b], from = then.body_begin[a], count = then.body_begin[a + 1] - from;
+        const bool same = to.model.scene.bodies[b].name == before.model().scene.bodies[a].name;
+        if (!same || now.body_begin[b + 1] - first != count) continue;
+        std::copy_n(x_then.begin() + from, count, x.begin() + first);
+        std::copy_n(v_then.begin() + from, count, v.begin() + first);
+      }
+    to.set_state(static_cast<std::int64_t>(std::ceil(before.time() / to.model.scene.solver.dt - 1e-6)), x, v);
+  };
+  const std::vector<Split>& splits = before.parts_->splits();
+  if (splits.empty() || !can_tear(model().scene)) return set_state(*parts_->layout);
+  parts_->rebuild({parts_->torn_model(model().scene, splits), splits, set_state});
 }
 
 std::string Simulation::report(const std::string& status, const std::vector<std::string>& notes) const {
-  return report_json(status, notes, parts_->model, *parts_->solver, parts_->threads, parts_->times, ".");
+  return report_json(status, notes, parts_->model(), parts_->solver(), parts_->threads, parts_->times, ".");
 }
 
-const Model& Simulation::model() const { return parts_->model; }
-const Solver& Simulation::solver() const { return *parts_->solver; }
+const Model& Simulation::model() const { return parts_->model(); }
+const Solver& Simulation::solver() const { return parts_->solver(); }
 const RunTimes& Simulation::times() const { return parts_->times; }
 
 }  // namespace malha
