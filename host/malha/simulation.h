@@ -210,7 +210,9 @@ class Simulation {
   /// `notes` are lines of text about it.
   std::string report(const std::string& status, const std::vector<std::string>& notes = {}) const;
 
-  const Model& model() const;  ///< the model after release_setup_memory(), see host/model/memory_estimate.h
+  /// The model after release_setup_memory() (host/model/memory_estimate.h), and the solver. What lays the simulation
+  /// out anew ends the references to both.
+  const Model& model() const;
   const Solver& solver() const;
   const RunTimes& times() const;
 

@@ -60,20 +60,19 @@ std::vector<Drawing> draw(const Model& model, const std::vector<Vec3>& positions
   return drawings;
 }
 
-Gallery::Gallery(const Model& model, const Results& results, std::int64_t first, std::int64_t last, int threads,
+Gallery::Gallery(const Simulation& simulation, const Results& results, std::int64_t first, std::int64_t last,
                  const std::atomic<bool>* stop)
-    : model_(model),
+    : simulation_(simulation),
       results_(results),
       first_(first),
       last_(last),
-      threads_(threads),
-      camera_(choose_camera(model, *model.scene.outputs.picture)),
+      camera_(choose_camera(simulation.model(), *simulation.model().scene.outputs.picture)),
       stop_(stop) {
-  if (model.scene.outputs.picture_every > 0) make_folder(results.pictures);
+  if (simulation.model().scene.outputs.picture_every > 0) make_folder(results.pictures);
 }
 
 bool Gallery::in_series(std::int64_t step) const {
-  const int every = model_.scene.outputs.picture_every;
+  const int every = simulation_.model().scene.outputs.picture_every;
   return every > 0 && step % every == 0;
 }
 
@@ -104,9 +103,9 @@ void Gallery::write_storyboard() const { write_png(results_.storyboard, contact_
 
 Image Gallery::render_image(double time, const std::vector<Vec3>& positions, int divisor,
                             const std::atomic<bool>* stop) const {
-  const auto& size = model_.scene.outputs.picture->size;
-  return render(draw(model_, positions, time), camera_, std::max(1, size[0] / divisor), std::max(1, size[1] / divisor),
-                threads_, stop);
+  const auto& size = simulation_.model().scene.outputs.picture->size;
+  return render(draw(simulation_.model(), positions, time), camera_, std::max(1, size[0] / divisor),
+                std::max(1, size[1] / divisor), simulation_.threads(), stop);
 }
 
 }  // namespace malha

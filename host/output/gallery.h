@@ -7,6 +7,7 @@
 #include "host/output/results.h"
 #include "host/render/image.h"
 #include "host/render/picture.h"
+#include "malha/simulation.h"
 
 namespace malha {
 
@@ -16,7 +17,7 @@ std::vector<Drawing> draw(const Model& model, const std::vector<Vec3>& positions
 class Gallery {
  public:
   /// Draws the pictures that the scene's outputs name (outputs.picture is set) of a run from step `first` to `last`.
-  Gallery(const Model& model, const Results& results, std::int64_t first, std::int64_t last, int threads,
+  Gallery(const Simulation& simulation, const Results& results, std::int64_t first, std::int64_t last,
           const std::atomic<bool>* stop = nullptr);
 
   /// Draws the pictures that are due at this step; called at the start and after every step. Pictures that `stop`
@@ -34,10 +35,9 @@ class Gallery {
   bool in_series(std::int64_t step) const;
   bool in_storyboard(std::int64_t step) const;
 
-  const Model& model_;
+  const Simulation& simulation_;
   Results results_;
   std::int64_t first_, last_;
-  int threads_;
   Camera camera_;
   const std::atomic<bool>* stop_;
   std::vector<Image> storyboard_;

@@ -96,10 +96,9 @@ std::string redraw(const std::string& folder, int threads) {
   simulation.load_checkpoint(results.checkpoint);
 
   const std::vector<FrameFile> frames = frames_of(results.frames);
-  const Model& model = simulation.model();
-  const FrameVertices vertices(model.render_mesh);
+  const FrameVertices vertices(simulation.model().render_mesh);
   const auto last = static_cast<std::int64_t>(frames.size()) - 1;
-  Gallery gallery(model, results, 0, std::max<std::int64_t>(last, 1), simulation.threads());
+  Gallery gallery(simulation, results, 0, std::max<std::int64_t>(last, 1));
   gallery.finish(simulation.time(), simulation.positions());
   if (last < 1) return "no storyboard: it needs frames for ParaView (malha run --format vtp)";
   for (std::int64_t k = 0; k <= last; ++k) {

@@ -43,8 +43,7 @@ class RunOutputs {
         frames_(frames_before.value_or(0)) {
     if (!frames_before) results.remove();
     if (spec_.every > 0) open_writer();
-    if (spec_.picture)
-      gallery_.emplace(simulation.model(), results, simulation.steps(), last, simulation.threads(), &stop);
+    if (spec_.picture) gallery_.emplace(simulation, results, simulation.steps(), last, &stop);
     if (spec_.page)
       page_.emplace(simulation);
     else
@@ -142,7 +141,7 @@ class RunOutputs {
   }
 
   const Simulation& simulation_;
-  const OutputSpec& spec_;
+  const OutputSpec spec_;
   Results results_;
   const std::function<void(const char*)>& on_activity_;
   double checkpoint_seconds_, pause_ = checkpoint_seconds_;  // s of the clock between checkpoints
