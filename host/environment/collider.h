@@ -267,7 +267,7 @@ class EnvironmentCollider {
     for (Obstacle& o : obstacles_) {
       meshes_.push_back(
           {&o.surface, o.spec.sides, o.spec.thickness, pose_at(o.spec.motion, start), pose_at(o.spec.motion, end)});
-      if (o.surface.reset_if_full()) o.memory.reset_cells(executor_);
+      o.surface.reset_if_full();
       caches_.push_back(o.memory.view());
     }
   }

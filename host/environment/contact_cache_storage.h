@@ -55,9 +55,6 @@ class ContactCacheStorage {
     ensure_entry_capacity(executor, entries, entry_count);
   }
 
-  /// Clears the cached octree cells, after the octree was reset.
-  void reset_cells(const Executor& executor) { parallel_for(executor, slots(), ResetCells{near_.data()}); }
-
   /// The state that later substeps depend on, as in ContactMemory. A position beyond float is in the slot alone.
   std::vector<GroupBox> boxes() const { return boxes_.download(); }
   std::vector<CacheEntry> entries() const {

@@ -23,7 +23,8 @@ struct ContactQuery {
   ContactCacheView<R> cache;
 
   struct Query {
-    int i, cell;
+    int i;
+    int cell;               // the octree leaf whose list answers the query
     const int* candidates;  // candidate triangles
     int candidate_count;    // 0: no list
     Point a, b;
@@ -56,8 +57,6 @@ struct ContactQuery {
     }
     if (!may_be_near(i, query)) return false;
     cache.allocate_entries(i / kGroupSize, particles, before);
-    query.cell = slot < 0 ? 0 : cache.near[slot].cell;
-    if (query.cell > 0) surface.prefetch_cell(query.cell);
     const double box = surface.box_distance(query.a);
     if (box > query.contact_range) {
       record_lower_bound(query, box);
@@ -94,11 +93,6 @@ struct ContactQuery {
   /// Records that no surface is nearer than `distance`.
   KERNEL void record_lower_bound(const Query& query, double distance) const {
     cache.store(query.i, {query.a, distance, -1, query.last.tunnel_offset});
-  }
-  KERNEL void store_record(const Query& query, const ClosestPointRecord& last) const {
-    cache.store(query.i, last);
-    const int slot = cache.slot(query.i);
-    if (slot >= 0) cache.near[slot].cell = query.cell;
   }
 
   KERNEL Point towards(const ClosestPoint& near, const Point& from) const {
@@ -141,7 +135,7 @@ struct ContactQuery {
     if (distance > query.contact_range) return record_lower_bound(query, distance);
     ClosestPointRecord last{a, distance, near.triangle, query.last.tunnel_offset, allowed_overlap(query, distance)};
     // Beyond the boundary of a sheet there is no inside.
-    if (distance < 0 && near.boundary) return store_record(query, last);
+    if (distance < 0 && near.boundary) return cache.store(i, last);
 
     const Point n = direction(near, a, outward, distance);
     const Vector3<R> x = particles.x[i], p = particles.p[i];
@@ -149,7 +143,7 @@ struct ContactQuery {
     // A particle behind a sheet still belongs in front of it; at a two-sided sheet, on the side where it was first.
     if (lies_deep || (sides == Sides::TwoSided && near.distance < kOnSurface * thickness))
       last.at = near.q + n * (kOnSurface * thickness);
-    store_record(query, last);
+    cache.store(i, last);
     if (needs_sweep(query, distance)) return sweep(i, outward);
     set_contact(i, near.q, n);
     // The contact stays valid for the same position: within twice the thickness every query is made, however short the

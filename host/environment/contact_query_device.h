@@ -100,7 +100,7 @@ struct QueryOctree : ContactQuery<R> {
     if (cached) {
       near = surface.closest_point_on(*cached, query.a), distance = near.distance;
     } else {
-      query.cell = surface.cell_of(query.a, query.cell);
+      query.cell = surface.cell_of(query.a);
       if (query.cell == 0) return false;
       query.near = surface.template nearest<OneLane>(query.a, query.cell);
       if (query.near.triangle < 0) return false;

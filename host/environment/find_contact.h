@@ -113,7 +113,7 @@ struct FindContact : ContactQuery<R> {
 
   /// Sets the candidate triangles of the octree cell of the query.
   HOST_KERNEL void find_candidates(Query& query) const {
-    query.cell = surface.cell_of(query.a, query.cell);
+    query.cell = surface.cell_of(query.a);
     query.candidate_count = 0;
     if (query.cell == 0) return;
     const OctreeNode& cell = surface.cells.cells[query.cell];
@@ -143,16 +143,15 @@ struct FindContact : ContactQuery<R> {
   /// Queries the whole mesh where no list answers. Lists are built for particles that are near and slow: others seldom
   /// come back.
   template <class Isa>
-  ClosestPoint search_mesh(Query& query) const {
+  ClosestPoint search_mesh(const Query& query) const {
     const bool stays = query.path < 2 * thickness;
     if (stays && query.last.triangle >= 0) {
-      query.cell = mesh_surface->make_cell(query.a);
-      if (query.cell > 0)
-        return surface.within(query.radius, surface.template nearest<Isa>(query.a, query.cell), query.a);
+      const int cell = mesh_surface->make_cell(query.a);
+      if (cell > 0) return surface.within(query.radius, surface.template nearest<Isa>(query.a, cell), query.a);
     }
-    const ClosestPoint near = mesh_surface->closest(query.a, query.radius, static_cast<int>(query.last.triangle));
+    const ClosestPoint near = mesh_surface->closest(query.a, query.radius);
     if (stays && near.found && near.distance <= query.contact_range && query.last.triangle < 0)
-      query.cell = mesh_surface->make_cell(query.a);
+      mesh_surface->make_cell(query.a);
     return near;
   }
 

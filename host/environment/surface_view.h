@@ -29,16 +29,13 @@ struct SurfaceView {
   KERNEL Point relative_to_centre(const Point& a) const { return a - centre; }
   KERNEL double diagonal() const { return 2 * norm(half); }
 
-  /// The leaf that contains a and has a usable list; 0: none. `cell`: the leaf of the last query, a hint.
-  KERNEL int cell_of(const Point& a, int cell) const {
+  /// The leaf that contains a and has a usable list; 0: none.
+  KERNEL int cell_of(const Point& a) const {
     const OctreeKey key = octree_key(cells, a - centre);
     if (!key.inside) return 0;
-    if (cell > 0 && contains(cells.cells[cell], key)) return cell;
     const int found = find_leaf(cells, key);
     return found > 0 && cells.cells[found].count <= kMaxListLength ? found : 0;
   }
-  /// Prefetches a cell.
-  KERNEL void prefetch_cell(int cell) const { prefetch(cells.cells + cell); }
   /// Prefetches the normal of a closest triangle.
   KERNEL void prefetch_normal(const ClosestTriangle& near) const {
     if (near.triangle >= 0 && near.where.corner < 0)

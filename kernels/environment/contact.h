@@ -21,7 +21,7 @@ struct alignas(16 * sizeof(R)) Contact {
 
 /// Result of the last query of a particle: its position (mesh's frame), the distance of the surface (m; negative
 /// inside; a lower bound where no triangle is near), and the closest triangle. A particle is queried again only when it
-/// may have come near, and a search may start at that triangle: neither changes which contacts are found.
+/// may have come near, which does not change which contacts are found.
 struct ClosestPointRecord {
   Vector3<double> at{};
   double distance = -INFINITY;  // never queried: it may be as deep as the mesh is large
@@ -45,7 +45,6 @@ struct PairRecord {
 /// Data of a slot beside its contact.
 struct ProximityRecord {
   ClosestPointRecord record;
-  int cell = 0;  // the octree cell of the last query (kernels/environment/triangle_octree.h)
   ClosestFeature feature;
 };
 

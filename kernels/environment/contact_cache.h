@@ -187,10 +187,10 @@ struct ContactCacheView {
     }
     near[s].record = last;
   }
-  /// Clears a slot: no contact, no octree cell, no feature.
+  /// Clears a slot: no contact, no feature.
   KERNEL static void clear_slot(Contact<R>& contact, ProximityRecord& near) {
     invalidate(contact);
-    near.cell = 0, near.feature.radius = -1;
+    near.feature.radius = -1;
   }
 
   /// Returns true if a record holds more than an entry can.
@@ -254,12 +254,6 @@ struct CompactEntries {
     }
     *cache.entry_count = {kept, 0};
   }
-};
-
-/// Clears the cached octree cells of the slots.
-struct ResetCells {
-  ProximityRecord* near;
-  KERNEL void operator()(int s) const { near[s].cell = 0; }
 };
 
 /// Invalidates contacts before detection, except resting ones: the same position and a displacement up to max_path (m;

@@ -110,11 +110,6 @@ KERNEL int find_leaf(const OctreeView& mesh, const OctreeKey& key) {
   return at > 0 ? at : 0;
 }
 
-KERNEL bool contains(const OctreeNode& cell, const OctreeKey& key) {
-  const int bits = kMaxDepth - cell.depth;
-  return key.x >> bits == cell.x && key.y >> bits == cell.y && key.z >> bits == cell.z;
-}
-
 /// Distance of a point from the boundary of a cell that contains it, m.
 KERNEL double distance_to_cell_boundary(const OctreeView& mesh, const OctreeNode& cell, const Vector3<double>& p) {
   const double side = 2 * mesh.half / double(1 << cell.depth);

@@ -117,7 +117,7 @@ void instantiate_all() {
                      MoveWithKinematic<R>>();
 }
 
-template void instantiate<CountDigits, PlaceDigits, MoveByDigit, FindBegins, SumPart, SumParts, SumBefore, ResetCells,
+template void instantiate<CountDigits, PlaceDigits, MoveByDigit, FindBegins, SumPart, SumParts, SumBefore,
                           StartPressure, PushPressure>();
 
 template void instantiate_all<float>();
