@@ -69,8 +69,8 @@ std::vector<StepPass> step_passes(const Model& model, const Solver& of_scene) {
   line("air", facts.air_particles > 0 ? 2 * substeps : 0);
   list_filter_passes(model, facts, line);
   // Momenta are measured before and after the fused patch solves, or each iteration's projections, and then restored.
-  const bool alone = plan.momenta != PatchSolves::InIterations;
-  const std::size_t measured = plan.momenta == PatchSolves::ByStep ? 1 : alone ? substeps : iterations;
+  const bool alone = plan.solves_alone != PatchSolves::InIterations;
+  const std::size_t measured = plan.solves_alone == PatchSolves::ByStep ? 1 : alone ? substeps : iterations;
   line("momentum_correction", model.free.empty() ? 0 : 4 * measured + (alone ? 2 : 4));
   const bool drags = model.scene.wind && model.scene.wind->drag > 0;
   const bool twice =

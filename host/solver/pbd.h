@@ -110,7 +110,7 @@ class Pbd final : public TimeStepper<Executor, R> {
       auto& own = levels_.emplace_back();
       if (levels.empty()) return;
       ++this->facts_.level_layouts;
-      own.emplace(executor_, levels, *sweep_, threads_, this->plan_.momenta != PatchSolves::InIterations,
+      own.emplace(executor_, levels, *sweep_, threads_, this->plan_.solves_alone != PatchSolves::InIterations,
                   model_.islands, model_.interactive);
     });
   }

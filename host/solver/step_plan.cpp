@@ -49,6 +49,7 @@ std::string_view name_of(IterationStage stage) {
 }
 std::string_view name_of(PatchSolves solves) {
   static constexpr std::array names{"in_iterations", "by_substep", "by_step"};
+  static_assert(names.size() == static_cast<std::size_t>(PatchSolves::ByStep) + 1);
   return names[static_cast<std::size_t>(solves)];
 }
 
@@ -74,30 +75,10 @@ StepFeatures step_features(const Model& model, bool levels) {
 
 namespace {
 
-/// Patch solves predict and update the state where nothing else acts on particles between these two. Desbrun's filter
-/// is a prediction of its own.
-bool can_fuse(const StepFeatures& has) {
-  return has.position_based && !has.contacts && !has.self_collision && !has.pressure && !has.long_range &&
-         !has.attachments;
-}
-
-/// Nothing happens between the substeps of a step.
-bool is_steady(const StepFeatures& has) { return !has.damping && !has.pins_move && !has.wind; }
-
-/// A step whose particles cannot reach an object needs no contact tests, if contacts are all that stands between
-/// prediction and state update, and objects stay.
-bool can_skip_contacts(const StepFeatures& has) {
-  StepFeatures without = has;
-  without.contacts = false;
-  return has.contacts && !has.objects_move && !has.edges && !has.levels && !has.free_bodies && can_fuse(without) &&
-         is_steady(has);
-}
-
-/// A device may record a step if all steps have the same launches: none searches for contacts, depends on time, or lets
-/// the host decide within it.
-bool can_record(const StepFeatures& has) {
-  return !has.contacts && !has.self_collision && !has.pins_move && !has.attachments_change && !has.host_ends_iterations;
-}
+struct Stages {
+  std::vector<Stage> substep;
+  std::vector<IterationStage> iteration;
+};
 
 template <class Stage>
 std::vector<Stage> list(std::initializer_list<std::pair<bool, Stage>> all) {
@@ -107,63 +88,111 @@ std::vector<Stage> list(std::initializer_list<std::pair<bool, Stage>> all) {
   return chosen;
 }
 
+/// The stages of a substep whose patch solves come between others. `compare_solves`: momenta of free bodies are
+/// compared over patch solves and not over the projections of an iteration.
+Stages stages_apart(const StepFeatures& has, const Interaction& now, bool compare_solves) {
+  const bool wind_first = has.wind && (!has.filter || has.filtered_wind), wind_later = has.wind && !wind_first;
+  const bool by_solve = has.free_bodies && compare_solves, by_projection = has.free_bodies && !compare_solves;
+  return {list<Stage>({
+              {has.pins_move, Stage::MovePins},
+              {has.attachments, Stage::ReleaseAttachments},
+              {now.handles, Stage::MoveHandles},
+              {has.damping, Stage::Damp},
+              {wind_first, Stage::Wind},
+              {by_solve, Stage::MeasureMomenta},
+              {true, Stage::Predict},
+              {wind_later, Stage::Wind},
+              {wind_later, Stage::PredictWind},
+              {has.contacts, Stage::DetectContacts},
+              {has.self_collision, Stage::StartSelfCollision},
+              {has.edges, Stage::DetectEdgeContacts},
+              {has.levels, Stage::CorrectCoarsely},
+              {has.pressure, Stage::StartPressures},
+              {true, Stage::Iterate},
+              {has.contacts, Stage::ClampTunnelling},
+              {has.self_collision || has.edges, Stage::TruncateMotion},
+              {true, Stage::UpdateState},
+              {has.contacts, Stage::Restitute},
+              {has.self_collision, Stage::EndSelfCollision},
+              {has.edges, Stage::EndEdgeContacts},
+              {by_solve, Stage::CompareMomenta},
+              {now.handles, Stage::PlaceHandles},
+              {has.pins_move, Stage::PlacePins},
+              {now.callback, Stage::CallBack},
+          }),
+          list<IterationStage>({
+              {by_projection, IterationStage::MeasureMomenta},
+              {has.batches, IterationStage::SolvePatches},
+              {has.pressure, IterationStage::ProjectPressures},
+              {by_projection, IterationStage::CompareMomenta},
+              {has.long_range, IterationStage::ProjectLongRange},
+              {has.attachments, IterationStage::ProjectAttachments},
+              {now.user_constraints, IterationStage::ProjectUserConstraints},
+              {now.handles, IterationStage::ProjectHandles},
+              {has.self_collision, IterationStage::SolveSelfContacts},
+              {has.edges, IterationStage::SolveEdgeContacts},
+              {has.contacts, IterationStage::SolveContacts},
+          })};
+}
+
+/// Patch solves with prediction and state update take the place of the stages from Predict to UpdateState, if these are
+/// all of PBD and an iteration has nothing but patch solves. They measure momenta themselves. Otherwise returns no
+/// stages.
+std::vector<Stage> stages_fused(const StepFeatures& has) {
+  const Stages apart = stages_apart(has, {}, true);
+  const auto is_solve = [](IterationStage stage) { return stage == IterationStage::SolvePatches; };
+  if (!has.position_based || !std::ranges::all_of(apart.iteration, is_solve)) return {};
+  std::vector<Stage> fused;
+  bool inside = false;
+  for (const Stage stage : apart.substep) {
+    if (stage == Stage::Predict)
+      fused.push_back(Stage::SolveSubstep), inside = true;
+    else if (stage == Stage::UpdateState)
+      inside = false;
+    else if (inside && stage != Stage::CorrectCoarsely && stage != Stage::Iterate)
+      return {};
+    else if (!inside && stage != Stage::MeasureMomenta && stage != Stage::CompareMomenta)
+      fused.push_back(stage);
+  }
+  return fused;
+}
+
+PatchSolves solves_of(const std::vector<Stage>& fused) {
+  if (fused.empty()) return PatchSolves::InIterations;
+  return fused.size() == 1 ? PatchSolves::ByStep : PatchSolves::BySubstep;  // nothing is between substeps
+}
+
+/// A step whose particles cannot reach an object needs no contact tests, if without contacts all its substeps would run
+/// in one region, and objects stay.
+bool can_skip_contacts(const StepFeatures& has) {
+  StepFeatures without = has;
+  without.contacts = false;
+  return has.contacts && !has.objects_move && !has.levels && !has.free_bodies &&
+         solves_of(stages_fused(without)) == PatchSolves::ByStep;
+}
+
+/// A device may record a step if all steps have the same launches: none searches for contacts, depends on time, or lets
+/// the host decide within it.
+bool can_record(const StepFeatures& has) {
+  return !has.contacts && !has.edges && !has.self_collision && !has.pins_move && !has.attachments_change &&
+         !has.host_ends_iterations;
+}
+
 }  // namespace
 
 StepPlan plan_step(const StepFeatures& has, const Interaction& now) {
-  const bool fuses = can_fuse(has), alone = !now.acts() && !now.callback;
+  const bool alone = now == Interaction{};
+  const std::vector<Stage> fused = stages_fused(has);
   StepPlan plan;
-  plan.momenta = !fuses ? PatchSolves::InIterations : is_steady(has) ? PatchSolves::ByStep : PatchSolves::BySubstep;
-  plan.solves = alone ? plan.momenta : PatchSolves::InIterations;
+  plan.solves_alone = solves_of(fused);
+  plan.solves = alone ? plan.solves_alone : PatchSolves::InIterations;
   plan.skips_contacts = alone && can_skip_contacts(has);
   plan.overlaps_queries = has.contacts && has.batches && !has.levels && !has.filter && !has.edges && !has.free_bodies;
   plan.recorded = alone && can_record(has);
   plan.finite_each_substep = has.contacts || has.self_collision || has.edges || now.user_constraints || now.callback;
-
-  const bool fused = plan.solves != PatchSolves::InIterations, apart = !fused,
-             wind_later = has.filter && !has.filtered_wind;
-  const bool per_solve = apart && has.free_bodies && fuses, per_projection = apart && has.free_bodies && !fuses;
-  plan.substep = list<Stage>({
-      {has.pins_move, Stage::MovePins},
-      {has.attachments, Stage::ReleaseAttachments},
-      {now.handles, Stage::MoveHandles},
-      {has.damping, Stage::Damp},
-      {has.wind && !wind_later, Stage::Wind},
-      {per_solve, Stage::MeasureMomenta},
-      {apart, Stage::Predict},
-      {has.wind && wind_later, Stage::Wind},
-      {has.wind && wind_later, Stage::PredictWind},
-      {fused, Stage::SolveSubstep},
-      {has.contacts, Stage::DetectContacts},
-      {has.self_collision, Stage::StartSelfCollision},
-      {has.edges, Stage::DetectEdgeContacts},
-      {apart && has.levels, Stage::CorrectCoarsely},
-      {has.pressure, Stage::StartPressures},
-      {apart, Stage::Iterate},
-      {has.contacts, Stage::ClampTunnelling},
-      {has.self_collision || has.edges, Stage::TruncateMotion},
-      {apart, Stage::UpdateState},
-      {has.contacts, Stage::Restitute},
-      {has.self_collision, Stage::EndSelfCollision},
-      {has.edges, Stage::EndEdgeContacts},
-      {per_solve, Stage::CompareMomenta},
-      {now.handles, Stage::PlaceHandles},
-      {has.pins_move, Stage::PlacePins},
-      {now.callback, Stage::CallBack},
-  });
-  if (fused) return plan;
-  plan.iteration = list<IterationStage>({
-      {per_projection, IterationStage::MeasureMomenta},
-      {has.batches, IterationStage::SolvePatches},
-      {has.pressure, IterationStage::ProjectPressures},
-      {per_projection, IterationStage::CompareMomenta},
-      {has.long_range, IterationStage::ProjectLongRange},
-      {has.attachments, IterationStage::ProjectAttachments},
-      {now.user_constraints, IterationStage::ProjectUserConstraints},
-      {now.handles, IterationStage::ProjectHandles},
-      {has.self_collision, IterationStage::SolveSelfContacts},
-      {has.edges, IterationStage::SolveEdgeContacts},
-      {has.contacts, IterationStage::SolveContacts},
-  });
+  Stages apart = stages_apart(has, now, !fused.empty());
+  plan.substep = plan.fuses() ? fused : std::move(apart.substep);
+  if (!plan.fuses()) plan.iteration = std::move(apart.iteration);
   return plan;
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A step as a list: the stages of a substep in their order, how patches are solved in it, and whether a device may
-// record it. The time stepper executes this list, and `malha plan` prints it; no other place decides what a step does.
+// record it. The time stepper executes this list, and `malha plan` prints it. Only two things are decided within a
+// step: whether particles are too far from all objects to need contact tests, and when the iterations end.
 #pragma once
 #include <string_view>
 #include <vector>
@@ -9,7 +10,8 @@
 
 namespace malha {
 
-/// A stage of a substep, in the order in which a substep may have them.
+/// A stage of a substep, in the order in which a substep may have them. (Wind that the filter does not have comes after
+/// Predict.)
 enum class Stage : unsigned char {
   MovePins,            // to where they are at the end of the substep; pins whose time is over are released
   ReleaseAttachments,  // whose time is over
@@ -89,12 +91,12 @@ struct StepPlan {
   std::vector<Stage> substep;
   std::vector<IterationStage> iteration;  // empty without Stage::Iterate
   PatchSolves solves = PatchSolves::InIterations;
-  /// The part of a step over which momenta of free bodies are compared. Handles do not change it, so that bodies
-  /// without handle keep their bits.
-  PatchSolves momenta = PatchSolves::InIterations;
+  /// How patches are solved while the user holds and adds nothing. Momenta of free bodies are compared over that part
+  /// of a step in any case, so that bodies without handle keep their bits.
+  PatchSolves solves_alone = PatchSolves::InIterations;
   bool skips_contacts = false;    // steps in which no particle can reach an object run as patch solves alone
   bool overlaps_queries = false;  // patch solves begin on a device while the host queries contacts for some particles
-  bool recorded = false;          // all steps have the same launches, so that a device can replay them
+  bool recorded = false;          // a device can replay whole steps; of others it replays patch solves
   bool finite_each_substep = false;  // positions must be finite before the next substep, otherwise before the next step
 };
 

@@ -282,12 +282,12 @@ class TimeStepper : public Solver {
   }
 
   void restore_momenta() {
-    const bool compared = plan_.momenta != PatchSolves::InIterations;
+    const bool compared = plan_.solves_alone != PatchSolves::InIterations;
     const auto work = [&] { momentum_corrector_->restore_momenta(particles(), compared); };
     if (momentum_corrector_) repeat_step("momenta", [&] { timed(Pass::MomentumCorrection, work); });
   }
 
-  /// Runs a part of a step, which the plan may have recorded. Executors that time passes do not record.
+  /// Runs a part of a step, which is recorded if the plan says so. Executors that time passes do not record it.
   template <class Work>
   void repeat_step(const std::string& part, const Work& work) {
     if (is_timed(executor_) || !plan_.recorded) return work();
@@ -449,7 +449,7 @@ class TimeStepper : public Solver {
   }
 
   /// Number of substeps over which momenta are compared.
-  int substeps_compared() const { return plan_.momenta == PatchSolves::ByStep ? model_.scene.solver.substeps : 1; }
+  int substeps_compared() const { return plan_.solves_alone == PatchSolves::ByStep ? model_.scene.solver.substeps : 1; }
   bool begins_comparison() const { return substep_ % substeps_compared() == 0; }
   bool ends_comparison() const { return (substep_ + 1) % substeps_compared() == 0; }
   void measure_momenta() {
