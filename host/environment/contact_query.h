@@ -24,7 +24,7 @@ struct ContactQuery {
 
   struct Query {
     int i;
-    int cell;               // the octree leaf whose list answers the query
+    int cell = 0;           // the octree leaf whose list answers the query
     const int* candidates;  // candidate triangles
     int candidate_count;    // 0: no list
     Point a, b;
