@@ -153,7 +153,7 @@ TEST(StepPlan, IsLegalWhateverASceneHasAndAUserDoes) {
 
 TEST(StepPlan, IsThatOfAFreeClothAgainOnceAHeldParticleIsReleased) {
   BodySpec chain = hung_chain({0, 1, 0}, {1, 1, 0}, 10);
-  chain.constraints = {stiff("distance")};
+  chain.constraints = {stiff("distance", {"edges"})};
   Simulation simulation(scene_of({chain}, kEarth, 0.01, 2), {.threads = 1, .interactive = true});
   const StepPlan& plan = simulation.solver().step_plan();
   EXPECT_EQ(plan.solves, PatchSolves::ByStep);
