@@ -125,11 +125,9 @@ Json json_of(const DeviceEstimate& estimate) {
   return json;
 }
 
-Json json_of(const StepPlan& plan) {
-  Json json{{"patch_solves", name_of(plan.solves)},
-            {"skips_contacts", plan.skips_contacts},
-            {"overlaps_queries", plan.overlaps_queries},
-            {"recorded", plan.recorded}};
+Json json_of(const StepPlan& plan, bool has_environment) {
+  Json json{{"patch_solves", name_of(plan.solves)}, {"recorded", plan.recorded}};
+  if (has_environment) json["skips_contacts"] = plan.skips_contacts, json["overlaps_queries"] = plan.overlaps_queries;
   for (const Stage stage : plan.substep) json["substep"].push_back(name_of(stage));
   json["iteration"] = Json::array();
   for (const IterationStage stage : plan.iteration) json["iteration"].push_back(name_of(stage));
@@ -168,7 +166,7 @@ Json data_of(const Simulation& simulation, const DeviceEstimate* estimate,
     json["filter"] = {{"kind", filter->kind},          {"why", filter->why},       {"storage", filter->storage},
                       {"particles", filter->unknowns}, {"bodies", filter->bodies}, {"bodies_free", facts.free_bodies},
                       {"nonzeros", filter->numbers}};
-  json["step"] = json_of(simulation.solver().step_plan());
+  json["step"] = json_of(simulation.solver().step_plan(), !model.environment.empty());
   json["launches_a_step"] = Json::object();
   for (const StepPass& pass : step_passes(model, simulation.solver())) {
     json["launches_a_step"][pass.name] = pass.launches;

@@ -18,7 +18,7 @@ namespace malha {
 ///
 /// Hanging, falling and turning bodies do not reach the bound where the substeps resolve their motion. With half of it,
 /// sheets that hang by a corner begin to turn by themselves.
-inline constexpr double kMaxStartStep = 0.05;
+inline constexpr double kMaxStartStep = 0.04;
 /// The same for a length under compression. Along the current gradient, which is implicit, tension takes energy from
 /// transverse motion, but compression gives it: the spring's stiffness is negative. A cloth that pins stretch shrinks
 /// across, and with the bound of tension for its compressed edges it flapped at up to 50 m/s for ever. Without a bound,

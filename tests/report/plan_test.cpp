@@ -83,8 +83,6 @@ TEST(Plan, OfLooseParticlesIsOnePassAndNothingElse) {
             "  max_patch_slots: 91\n"
             "step:\n"
             "  patch_solves: by_step\n"
-            "  skips_contacts: no\n"
-            "  overlaps_queries: no\n"
             "  recorded: yes\n"
             "  substep: solve_substep\n"
             "launches_a_step:\n"
