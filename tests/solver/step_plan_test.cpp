@@ -26,13 +26,13 @@ std::string text_of(const std::vector<Stage>& stages) {
 }
 
 template <class Stage>
-long find(const std::vector<Stage>& stages, Stage stage) {
+long index_of(const std::vector<Stage>& stages, Stage stage) {
   const auto at = std::ranges::find(stages, stage);
   return at == stages.end() ? -1 : at - stages.begin();
 }
 template <class Stage>
-bool has(const std::vector<Stage>& stages, Stage stage) {
-  return find(stages, stage) >= 0;
+bool lists_stage(const std::vector<Stage>& stages, Stage stage) {
+  return index_of(stages, stage) >= 0;
 }
 /// Any features, also those that no scene has together; each round has few or many.
 StepFeatures random_features(Random& random) {
@@ -63,18 +63,18 @@ TEST(StepPlan, IsLegalWhateverASceneHasAndAUserDoes) {
 
     // Each stage comes once, in the order of the enumeration; wind may follow the prediction, and is then added to it.
     std::vector<Stage> sorted = stages;
-    if (has(stages, Stage::PredictWind)) {
-      ASSERT_TRUE(find(stages, Stage::Predict) + 1 == find(stages, Stage::Wind) &&
-                  find(stages, Stage::Wind) + 1 == find(stages, Stage::PredictWind));
+    if (lists_stage(stages, Stage::PredictWind)) {
+      ASSERT_TRUE(index_of(stages, Stage::Predict) + 1 == index_of(stages, Stage::Wind) &&
+                  index_of(stages, Stage::Wind) + 1 == index_of(stages, Stage::PredictWind));
       std::erase(sorted, Stage::Wind);
     }
     ASSERT_TRUE(std::ranges::adjacent_find(sorted, std::ranges::greater_equal()) == sorted.end());
     ASSERT_TRUE(std::ranges::adjacent_find(plan.iteration, std::ranges::greater_equal()) == plan.iteration.end());
 
     // The state is predicted and updated once: by stages, or by the patch solves.
-    ASSERT_EQ(has(stages, Stage::SolveSubstep), plan.fuses());
+    ASSERT_EQ(lists_stage(stages, Stage::SolveSubstep), plan.fuses());
     for (const Stage stage : {Stage::Predict, Stage::Iterate, Stage::UpdateState})
-      ASSERT_NE(has(stages, stage), plan.fuses()) << name_of(stage);
+      ASSERT_NE(lists_stage(stages, stage), plan.fuses()) << name_of(stage);
     if (plan.fuses()) {
       ASSERT_TRUE(plan.iteration.empty());
     }
@@ -97,9 +97,9 @@ TEST(StepPlan, IsLegalWhateverASceneHasAndAUserDoes) {
                                             {features.self_collision || features.edges, Stage::TruncateMotion},
                                             {features.pressure, Stage::StartPressures},
                                             {now.callback, Stage::CallBack}};
-    for (const auto& [named, stage] : expected) ASSERT_EQ(has(stages, stage), named) << name_of(stage);
+    for (const auto& [named, stage] : expected) ASSERT_EQ(lists_stage(stages, stage), named) << name_of(stage);
     if (!plan.fuses()) {
-      ASSERT_EQ(has(stages, Stage::CorrectCoarsely), features.levels);
+      ASSERT_EQ(lists_stage(stages, Stage::CorrectCoarsely), features.levels);
     }
     const std::pair<bool, I> projected[]{{features.pressure, I::ProjectPressures},
                                          {features.long_range, I::ProjectLongRange},
@@ -109,9 +109,9 @@ TEST(StepPlan, IsLegalWhateverASceneHasAndAUserDoes) {
                                          {features.self_collision, I::SolveSelfContacts},
                                          {features.edges, I::SolveEdgeContacts},
                                          {features.contacts, I::SolveContacts}};
-    for (const auto& [named, stage] : projected) ASSERT_EQ(has(plan.iteration, stage), named) << name_of(stage);
+    for (const auto& [named, stage] : projected) ASSERT_EQ(lists_stage(plan.iteration, stage), named) << name_of(stage);
     if (!plan.fuses()) {
-      ASSERT_EQ(has(plan.iteration, I::SolvePatches), features.batches);
+      ASSERT_EQ(lists_stage(plan.iteration, I::SolvePatches), features.batches);
     }
 
     // All substeps in one region leave nothing to do between them.
@@ -127,10 +127,10 @@ TEST(StepPlan, IsLegalWhateverASceneHasAndAUserDoes) {
     }
     // Momenta of free bodies are compared over one part of a step, whatever the user holds.
     ASSERT_EQ(plan.solves_alone, plan_step(features).solves);
-    const int pairs = has(stages, Stage::MeasureMomenta) + has(plan.iteration, I::MeasureMomenta);
+    const int pairs = lists_stage(stages, Stage::MeasureMomenta) + lists_stage(plan.iteration, I::MeasureMomenta);
     ASSERT_EQ(pairs, features.free_bodies && !plan.fuses() ? 1 : 0);
-    ASSERT_EQ(has(stages, Stage::MeasureMomenta), has(stages, Stage::CompareMomenta));
-    ASSERT_EQ(has(plan.iteration, I::MeasureMomenta), has(plan.iteration, I::CompareMomenta));
+    ASSERT_EQ(lists_stage(stages, Stage::MeasureMomenta), lists_stage(stages, Stage::CompareMomenta));
+    ASSERT_EQ(lists_stage(plan.iteration, I::MeasureMomenta), lists_stage(plan.iteration, I::CompareMomenta));
     // No recorded step searches, asks the host, or depends on time or the user.
     if (plan.recorded) {
       ASSERT_FALSE(features.contacts || features.self_collision || features.edges || features.pins_move ||
@@ -158,7 +158,8 @@ TEST(StepPlan, IsThatOfAFreeClothAgainOnceAHeldParticleIsReleased) {
   const StepPlan& plan = simulation.solver().step_plan();
   EXPECT_EQ(plan.solves, PatchSolves::ByStep);
   simulation.hold(5), simulation.step();
-  EXPECT_TRUE(has(plan.substep, Stage::MoveHandles) && has(plan.iteration, IterationStage::ProjectHandles));
+  EXPECT_TRUE(lists_stage(plan.substep, Stage::MoveHandles) &&
+              lists_stage(plan.iteration, IterationStage::ProjectHandles));
   EXPECT_FALSE(plan.fuses() || plan.recorded);
   simulation.release(5), simulation.step();
   EXPECT_EQ(text_of(plan.substep), "solve_substep");
