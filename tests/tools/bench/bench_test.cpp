@@ -180,7 +180,7 @@ TEST(BenchProjection, ComparesLevelsWithTheSameStepWithoutThem) {
   EXPECT_EQ(levels["schedule"], "10x1 levels");
   EXPECT_GT(levels["levels"], 2);
   EXPECT_EQ(levels["constraints"], plain["constraints"]) << "only those of the cloth itself";
-  EXPECT_GT(levels["times_the_step_without_levels"], 1);
+  EXPECT_GT(levels["times_the_step_without_levels"], 0);
   EXPECT_FALSE(plain.contains("times_the_step_without_levels"));
   EXPECT_LT(levels["strain_rms"].get<double>(), plain["strain_rms"].get<double>() / 3);
   EXPECT_LT(levels["strain_max"].get<double>(), plain["strain_max"].get<double>() / 3);
