@@ -48,7 +48,7 @@ class Solver {
   /// Number of intersections of edges with triangles, of bodies that collide.
   virtual std::int64_t crossings() const = 0;
   virtual const SolverStats& facts() const = 0;
-  /// How the last step ran. Before the first one, and after constraints were added, how the next one will.
+  /// Tells how the last step ran; before the first one, and after constraints were added, how the next one will.
   virtual const StepPlan& step_plan() const = 0;
   /// Measures the errors of Desbrun's filter; none: the method has no filter.
   virtual std::optional<FilterErrors> filter_errors() const { return std::nullopt; }

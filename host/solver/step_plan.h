@@ -56,7 +56,7 @@ enum class IterationStage : unsigned char {
 std::string_view name_of(Stage stage);
 std::string_view name_of(IterationStage stage);
 
-/// What of a model decides how its steps run. Each member names what the scene has.
+/// This is what of a model decides how its steps run. Each member names what the scene has.
 struct StepFeatures {
   bool filter = false;          // Desbrun's method with springs: forces are filtered
   bool filtered_wind = false;   // the wind's forces are filtered, too
@@ -73,15 +73,15 @@ struct StepFeatures {
 /// `levels`: whether coarse levels were laid out.
 StepFeatures step_features(const Model& model, bool levels);
 
-/// What a user holds or added, which the layout does not contain.
+/// This tells what a user holds or added, which the layout does not contain.
 struct Interaction {
   bool handles = false, user_constraints = false, callback = false;
   bool acts() const { return handles || user_constraints; }
   bool operator==(const Interaction&) const = default;
 };
 
-/// How patches are solved: between the other stages of an iteration; with prediction and state update, one substep at a
-/// time; or all substeps of a step in one parallel region.
+/// Patches are solved between the other stages of an iteration; with prediction and state update, one substep at a
+/// time; or likewise, all substeps of a step in one parallel region.
 enum class PatchSolves : unsigned char { InIterations, BySubstep, ByStep };
 std::string_view name_of(PatchSolves solves);
 
@@ -91,8 +91,8 @@ struct StepPlan {
   std::vector<Stage> substep;
   std::vector<IterationStage> iteration;  // empty without Stage::Iterate
   PatchSolves solves = PatchSolves::InIterations;
-  /// How patches are solved while the user holds and adds nothing. Momenta of free bodies are compared over that part
-  /// of a step in any case, so that bodies without handle keep their bits.
+  /// This is how patches are solved while the user holds and adds nothing. Momenta of free bodies are compared over
+  /// that part of a step in any case, so that bodies without handle keep their bits.
   PatchSolves solves_alone = PatchSolves::InIterations;
   bool skips_contacts = false;    // steps in which no particle can reach an object run as patch solves alone
   bool overlaps_queries = false;  // patch solves begin on a device while the host queries contacts for some particles

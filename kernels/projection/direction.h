@@ -132,7 +132,7 @@ KERNEL auto exceeds_rounding(const S& sum, const S (&w)[n], const Vector3<S> (&g
 /// the current gradients, for which the multipliers were computed, and `along` is along the gradients at the start of
 /// the substep. `move` becomes `along` if the two are nearly parallel, and stays as it is if they are not, because the
 /// multipliers would not fit. `relative2`: the square of the total displacement in the substep over the element's size.
-/// Where that exceeds `max_start_step`, only a share of the correction goes along `along`.
+/// If that exceeds `max_start_step`, only a share of the correction goes along `along`.
 template <class S, int n>
 KERNEL void blend_with_start(const S& max_start_step, const S& relative2, const S (&w)[n], const Vector3<S> (&along)[n],
                              Vector3<S> (&move)[n]) {
