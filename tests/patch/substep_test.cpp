@@ -313,7 +313,7 @@ TEST(TautSheets, ComeToRestFromABlow) {
           simulation.set_velocities(v);
           // With a compliance the sheet oscillates by what the blow gave; without, an edge at a bound may still jitter.
           while (simulation.time() < 4) simulation.step();
-          EXPECT_LT(fastest(simulation.velocities()), 0.02)
+          EXPECT_LT(fastest(simulation.velocities()), compliance > 0 || iterations > 1 ? 0.02 : 1e-4)
               << compliance << " m/N, " << part << ", seed " << seed << ", " << substeps << " x " << iterations;
         }
 }
@@ -338,8 +338,8 @@ TEST(TautSheets, ComeToRestWhenPinsHavePulledThem) {
       scene.solver.iterations = iterations, scene.wind = Wind{{0, 0, 0}, 0, 1.2};
       Simulation simulation(scene, {.threads = 1});
       while (simulation.time() < 5) simulation.step();
-      // An edge at the bound between both directions still jitters by some hundredths of a millimetre.
-      EXPECT_LT(fastest(simulation.velocities()), 0.25) << kind.type << ", " << substeps << " x " << iterations;
+      // An edge at the bound between both directions still jitters by a hundredth of a millimetre.
+      EXPECT_LT(fastest(simulation.velocities()), 0.1) << kind.type << ", " << substeps << " x " << iterations;
     }
 }
 
