@@ -18,9 +18,10 @@ namespace {
 class ConstraintBuilder {
  public:
   ConstraintBuilder(Model& model, std::vector<Body>& bodies, const std::vector<int>& solver_of, bool torn)
-      : model_(model), bodies_(bodies), solver_of_(solver_of), torn_(torn) {}
+      : model_(model), bodies_(bodies), solver_of_(solver_of), torn_(torn), sets_of_body_(bodies.size()) {}
 
   /// Adds the constraints kind by kind in the registry's order, so that sweeps do not depend on the order in the scene.
+  /// Sets that bodies share keep each body's order (find_set).
   void run() {
     if (!torn_)
       for (std::size_t b = 0; b < bodies_.size(); ++b) note_anisotropy(b);
@@ -139,7 +140,7 @@ class ConstraintBuilder {
     }
     const auto presses = [](const ConstraintSpec& other) { return other.type == "pressure"; };
     const bool pressed = std::ranges::any_of(model_.scene.bodies[b].constraints, presses);
-    ConstraintSet& set = find_set(spec, Kind::particles, compliance, !all.softness.empty(), pressed);
+    ConstraintSet& set = find_set(b, spec, Kind::particles, compliance, !all.softness.empty(), pressed);
     set.particles.insert(set.particles.end(), all.particles.begin(), all.particles.end());
     set.softness.insert(set.softness.end(), all.softness.begin(), all.softness.end());
   }
@@ -166,12 +167,22 @@ class ConstraintBuilder {
     return spec.rigidity ? std::optional<double>(1 / *spec.rigidity) : spec.compliance;
   }
 
-  ConstraintSet& find_set(const ConstraintSpec& spec, int arity, std::optional<double> compliance, bool softened,
-                          bool pressed) {
-    for (ConstraintSet& set : model_.sets)
-      if (set.type == spec.type && set.stiffness == spec.stiffness && set.compliance == compliance &&
-          set.parameter == spec.parameter && set.softness.empty() != softened && set.pressed == pressed)
-        return set;
+  /// The set of all bodies with such constraints, or a new one. A set that comes before another one of body b is not
+  /// taken, because the body alone would have them in the other order.
+  ConstraintSet& find_set(std::size_t b, const ConstraintSpec& spec, int arity, std::optional<double> compliance,
+                          bool softened, bool pressed) {
+    std::vector<std::size_t>& own = sets_of_body_[b];
+    for (std::size_t k = 0; k < model_.sets.size(); ++k) {
+      ConstraintSet& set = model_.sets[k];
+      const bool is_own = std::ranges::find(own, k) != own.end();
+      if ((!is_own && !own.empty() && k < own.back()) || set.type != spec.type || set.stiffness != spec.stiffness ||
+          set.compliance != compliance || set.parameter != spec.parameter || set.softness.empty() == softened ||
+          set.pressed != pressed)
+        continue;
+      if (!is_own) own.push_back(k);
+      return set;
+    }
+    own.push_back(model_.sets.size());
     return model_.sets.emplace_back(
         ConstraintSet{spec.type, arity, spec.stiffness, compliance, spec.parameter, {}, {}, {}, pressed});
   }
@@ -222,6 +233,7 @@ class ConstraintBuilder {
   std::vector<Body>& bodies_;
   const std::vector<int>& solver_of_;
   bool torn_;
+  std::vector<std::vector<std::size_t>> sets_of_body_;  // of each body, in the order of projection
 };
 
 }  // namespace

@@ -2,7 +2,9 @@
 #include "host/model/levels.h"
 
 #include <algorithm>
+#include <map>
 #include <numeric>
+#include <utility>
 
 #include "host/mesh/edge_sides.h"
 #include "host/mesh/topology.h"
@@ -93,6 +95,21 @@ std::vector<bool> smooth(const RestGraph& graph, const std::vector<int>& part, i
   return chosen;
 }
 
+/// Tells whether the component of each particle has a level: each decides by itself how many it has.
+std::vector<bool> reduced(const RestGraph& fine, const Coarsening& coarser, const std::vector<int>& part, int parts) {
+  std::vector<int> before(parts, 0), after(parts, 0), links(parts, 0);
+  for (int i = 0; i < fine.count(); ++i) ++before[part[i]];
+  for (const int i : coarser.chosen) ++after[part[i]];
+  for (const Link& l : coarser.graph.links) ++links[part[coarser.chosen[l.a]]];
+  std::vector<bool> chosen(fine.count());
+  for (int i = 0; i < fine.count(); ++i) {
+    const int k = part[i];
+    chosen[i] =
+        before[k] > kMinParticles && after[k] >= kMinParticles && after[k] < kMaxReduction * before[k] && links[k] > 0;
+  }
+  return chosen;
+}
+
 /// The static strain of a link by weight.
 double strain_along(const RestGraph& graph, const Link& l) {
   if (graph.stretch.empty()) return 0;
@@ -105,12 +122,12 @@ double strain_along(const RestGraph& graph, const Link& l) {
 /// model.
 Model build_level_model(const Model& finest, const RestGraph& graph, std::vector<int>& order, int threads) {
   const int n = graph.count();
-  int islands = 0;
+  int count = 0;
   const std::vector<Edge> all = edges_of(graph.links, graph.nearby);
-  const std::vector<int> island = components(n, all, islands);
+  const std::vector<int> component = components(n, all, count);
   std::vector<Vec3> positions;
   for (const Vector& x : graph.x) positions.push_back({x.x, x.y, x.z});
-  order = solver_order(positions, island, islands, all);
+  order = solver_order(positions, component, count, all);
   std::vector<int> slot(n);
   const auto number = [&] {
     for (int i = 0; i < n; ++i) slot[order[i]] = i;
@@ -119,21 +136,20 @@ Model build_level_model(const Model& finest, const RestGraph& graph, std::vector
   Model level;
   level.scene.file = finest.scene.file;
   level.scene.solver = finest.scene.solver;
-  std::vector<int> set_of(finest.sets.size(), -1);
+  std::map<int, ConstraintSet> sets;  // by set of the finest level, so that they have the same order
   for (const Link& l : graph.links) {
-    if (set_of[l.set] < 0) {
-      set_of[l.set] = static_cast<int>(level.sets.size());
-      level.sets.push_back({Coarse::name, 2, finest.sets[l.set].stiffness, {}, 1, {}, {}});
-    }
-    ConstraintSet& set = level.sets[set_of[l.set]];
+    ConstraintSet& set =
+        sets.try_emplace(l.set, ConstraintSet{Coarse::name, 2, finest.sets[l.set].stiffness, {}, 1, {}, {}})
+            .first->second;
     set.particles.push_back(slot[l.a]), set.particles.push_back(slot[l.b]);
     set.rest.push_back(l.length * (1 + strain_along(graph, l)));
   }
+  for (auto& [from, set] : sets) level.sets.push_back(std::move(set));
   std::vector<Edge> edges;
-  std::vector<int> islands_in_order;
+  std::vector<int> component_in_order;
   for (const Edge& e : all) edges.push_back({slot[e[0]], slot[e[1]]});
-  for (const int i : order) islands_in_order.push_back(island[i]);
-  Cut cut = cut_into_patches(level.sets, edges, islands_in_order, threads, finest.patches.bounds);
+  for (const int i : order) component_in_order.push_back(component[i]);
+  Cut cut = cut_into_patches(level.sets, edges, component_in_order, threads, finest.patches.bounds);
   std::vector<int> cut_order, now(n);
   for (int i = 0; i < n; ++i) cut_order.push_back(order[cut.order[i]]), now[cut.order[i]] = i;
   order = std::move(cut_order);
@@ -189,17 +205,25 @@ std::vector<Level> make_levels(const Model& model, const std::vector<double>& w,
   for (std::size_t i = 0; i < user.size(); ++i) inside[user[i]] = static_cast<int>(i);
   for (int i = 0; i < model.count(); ++i) in_graph[i] = inside[model.user_index[i]];
   const int most = model.scene.solver.levels == kAutoLevels ? kMaxLevels : model.scene.solver.levels;
-  while (static_cast<int>(levels.size()) < most && fine.count() > kMinParticles) {
+  const auto keep = [&](const std::vector<bool>& which) {
     std::vector<int> kept, now(fine.count(), -1);
-    fine = subgraph(std::move(fine), smooth(fine, part, static_cast<int>(full.parts.size())), kept);
+    fine = subgraph(std::move(fine), which, kept);
     for (int i = 0; i < fine.count(); ++i) now[kept[i]] = i, part[i] = part[kept[i]];
-    if (fine.count() <= kMinParticles) break;
+    for (int& i : in_graph) i = i < 0 ? -1 : now[i];
+  };
+  while (static_cast<int>(levels.size()) < most) {
+    keep(smooth(fine, part, static_cast<int>(full.parts.size())));
+    Coarsening coarser;
+    for (std::vector<bool> smaller(1, false); fine.count() > 0 && std::ranges::count(smaller, false) > 0;) {
+      coarser = coarsen(fine, threads);
+      smaller = reduced(fine, coarser, part, static_cast<int>(full.parts.size()));
+      if (std::ranges::count(smaller, false) > 0) keep(smaller);
+    }
+    if (fine.count() == 0) break;
+    const int n = coarser.graph.count();
     slot.resize(fine.count());
     for (std::size_t i = 0; i < in_graph.size(); ++i)
-      if (in_graph[i] >= 0 && (in_graph[i] = now[in_graph[i]]) >= 0) slot[in_graph[i]] = static_cast<int>(i);
-    Coarsening coarser = coarsen(fine, threads);
-    const int n = coarser.graph.count();
-    if (n < kMinParticles || n >= kMaxReduction * fine.count() || coarser.graph.links.empty()) break;
+      if (in_graph[i] >= 0) slot[in_graph[i]] = static_cast<int>(i);
     Level level;
     std::vector<int> order;
     level.model = build_level_model(model, coarser.graph, order, threads);

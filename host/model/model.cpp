@@ -107,21 +107,18 @@ class Builder {
     for (std::size_t b = 0; b < bodies_.size(); ++b)
       for (const Edge& e : bodies_[b].edges)
         all.push_back({e[0] + render_mesh.body_begin[b], e[1] + render_mesh.body_begin[b]});
-    int islands = 0;
-    const std::vector<int> island = components(n, all, islands);
-    model_.user_index = solver_order(render_mesh.points, island, islands, all);
-    for (const int user : model_.user_index) island_.push_back(island[user]);
+    int count = 0;
+    const std::vector<int> component = components(n, all, count);
+    model_.user_index = solver_order(render_mesh.points, component, count, all);
+    for (const int user : model_.user_index) component_.push_back(component[user]);
     solver_of_ = solver_of(model_.user_index);
     for (const Edge& e : all) edges_.push_back({solver_of_[e[0]], solver_of_[e[1]]});
 
     model_.x.resize(n), model_.v.resize(n), model_.w.resize(n), model_.mass.resize(n);
     for (std::size_t b = 0; b < bodies_.size(); ++b) fill_particles(b);
 
-    bool loose = false;  // whether the previous component is a loose particle
     for (int i = 0, end; i < n; i = end) {
-      for (end = i; end < n && island_[end] == island_[i];) ++end;
-      if (!loose || end - i > 1) model_.islands.push_back(i);
-      loose = end - i == 1;
+      for (end = i; end < n && component_[end] == component_[i];) ++end;
       const double damping = model_.scene.bodies[body_of(model_, model_.user_index[i])].damping;
       if (damping > 0 && end - i > 1) model_.damped.push_back({i, end - i, damping});
     }
@@ -137,11 +134,11 @@ class Builder {
   }
 
   void find_free_islands() {
-    const int n = static_cast<int>(island_.size());
+    const int n = static_cast<int>(component_.size());
     const std::vector<bool> fixed = fixed_at_start(model_, true);
     for (int i = 0, end; i < n; i = end) {
       bool free = true;
-      for (end = i; end < n && island_[end] == island_[i]; ++end) free = free && !fixed[end];
+      for (end = i; end < n && component_[end] == component_[i]; ++end) free = free && !fixed[end];
       if (free && end - i > 1) model_.free.push_back({i, end - i});
     }
   }
@@ -182,7 +179,7 @@ class Builder {
   /// Cuts the particles into patches and reorders the model accordingly. The cuts depend on the constraints, which are
   /// listed in the first order; the reordering takes 2 to 4 % of the set-up of a million particles.
   void cut() {
-    Cut cut = cut_into_patches(model_.sets, edges_, island_, threads_, bounds_);
+    Cut cut = cut_into_patches(model_.sets, edges_, component_, threads_, bounds_);
     renumber(model_, cut.order);
     model_.patches = std::move(cut.patches);
   }
@@ -193,8 +190,8 @@ class Builder {
   Model model_;
   std::vector<Body> bodies_;
   std::vector<int> solver_of_;
-  std::vector<int> island_;  // component of each particle; the cut into patches does not change it
-  std::vector<Edge> edges_;  // of all bodies, in the order before the cut
+  std::vector<int> component_;  // component of each particle; the cut into patches does not change it
+  std::vector<Edge> edges_;     // of all bodies, in the order before the cut
 };
 
 }  // namespace

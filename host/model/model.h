@@ -90,7 +90,6 @@ struct Model {
   AirFaces air;                                      // empty unless the wind has a density
   std::vector<std::vector<Tetrahedron>> tetrahedra;  // of each body with tetrahedra
   std::vector<DampedIsland> damped;
-  std::vector<int> islands;      // first particle of each component; consecutive loose particles are one
   std::vector<FreeIsland> free;  // empty unless the solver corrects momenta
   std::vector<MovedPins> moved;
   std::vector<AttachmentSet> attached;

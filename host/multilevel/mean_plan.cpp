@@ -15,7 +15,7 @@ class Planner {
   void add(const Goal& goal, bool new_piece) {
     std::vector<MeanTerm<double>> terms;
     for (int k = means_.begin[goal.mean]; k < means_.begin[goal.mean + 1]; ++k)
-      terms.push_back({means_.of[k], means_.weight[k]});
+      terms.push_back({means_.of[k], std::round(means_.weight[k] * kWeightSteps) / kWeightSteps});
     if (terms.empty()) return;
     ++plan.means;
     std::sort(terms.begin(), terms.end(), [](const auto& a, const auto& b) { return a.from < b.from; });
@@ -36,12 +36,14 @@ class Planner {
     if (goal.to != run.to + run.count || run.terms != static_cast<int>(terms.size())) return false;
     for (int t = 0; t < run.terms; ++t) {
       const MeanTerm<double>& first = plan.terms[run.term + t];
-      if (terms[t].from != first.from + run.count || std::abs(terms[t].weight - first.weight) > kSame) return false;
+      if (terms[t].from != first.from + run.count || terms[t].weight != first.weight) return false;
     }
     return true;
   }
 
-  static constexpr double kSame = 1e-9;  // rounding
+  // Weights are multiples of 1 over this, far above their rounding errors: those that would be the same without them
+  // are the same, and each mean has its own weights, in whatever run it is.
+  static constexpr double kWeightSteps = 4294967296.0;
   const Means& means_;
 };
 

@@ -78,20 +78,12 @@ class PatchBuilder {
     piece_.patch.slots = spares_ + padding_particles();
   }
 
-  /// The body of a particle. A level counts as one body: its positions are relative to the origins of bodies already.
-  int body_of(int i) const {
-    const auto& islands = model_.islands;
-    return islands.empty()
-               ? 0
-               : static_cast<int>(std::upper_bound(islands.begin(), islands.end(), i) - islands.begin()) - 1;
-  }
-
   void add_segments() {
-    for (const int i : particles_) origin_.try_emplace(body_of(i), i);
+    for (const int i : particles_) origin_.try_emplace(model_.patches.island_of(i), i);
     const auto at = [this](std::size_t n) {
       const int i = particles_[n], colour = shared_.colour[patch_];
       const bool movable = model_.w[i] > 0;
-      const int body = body_of(i);
+      const int body = model_.patches.island_of(i);
       const bool alone = !movable || shared_.last[i] < 0;
       return Segment{i,
                      slot_[n],
@@ -146,7 +138,9 @@ class PatchBuilder {
         for (int j = 0; j < set.arity; ++j) local.push_back(slot_of(set.particles[c * set.arity + j]));
       const std::size_t before = piece_.batches.size();
       if (with_runs) {
-        const Runs runs = find_runs(local, set.arity, class_of_slot_);
+        std::vector<int> island;
+        for (const int c : constraints) island.push_back(model_.patches.island_of(set.particles[c * set.arity]));
+        const Runs runs = find_runs(local, set.arity, class_of_slot_, island);
         for (const Run& run : runs.runs) add_run(static_cast<int>(s), run, constraints, local);
         piece_.sets[s].in_runs = runs.contiguous();
         std::vector<int> loose, loose_local;

@@ -111,7 +111,7 @@ class Pbd final : public TimeStepper<Executor, R> {
       if (levels.empty()) return;
       ++this->facts_.level_layouts;
       own.emplace(executor_, levels, *sweep_, threads_, this->plan_.solves_alone != PatchSolves::InIterations,
-                  model_.islands, model_.interactive);
+                  model_.patches.islands, model_.interactive);
     });
   }
 

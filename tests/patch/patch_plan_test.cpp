@@ -84,7 +84,7 @@ class PlanChecker {
   /// the patch.
   void check_origin(const Segment& segment, const std::set<int>& particles, std::map<int, int>& origins) const {
     EXPECT_TRUE(particles.count(segment.origin)) << "a stranger";
-    const auto& islands = model_.islands;
+    const auto& islands = model_.patches.islands;
     const auto body_of = [&](int i) {
       return islands.empty() ? 0 : int(std::upper_bound(islands.begin(), islands.end(), i) - islands.begin()) - 1;
     };

@@ -22,10 +22,14 @@ struct PatchBounds {
 };
 
 struct Patches {
-  std::vector<int> begin;              // first particle of each patch, then the number of particles
+  std::vector<int> begin;  // first particle of each patch, then the number of particles
+  // First particle of each island: no constraint connects two islands, and each is a connected component or several.
+  // Consecutive loose particles are one island.
+  std::vector<int> islands;
   std::vector<std::uint8_t> class_of;  // of each particle; the particles of a constraint differ in it, or have kNoClass
   PatchBounds bounds = {};             // bounds that the cut respects
   int count() const { return static_cast<int>(begin.size()) - 1; }
+  int island_of(int particle) const;
 };
 
 inline constexpr std::uint8_t kNoClass = 255;
@@ -35,12 +39,13 @@ struct Cut {
   Patches patches;         // in the new order
 };
 
-/// Cuts the particles into patches where few constraints cross. Each patch is sorted by class if that makes most of its
-/// constraints contiguous; otherwise particles that other patches use come first. `island` is the connected component
-/// of each particle, ascending. `edges` are all edges of the meshes, including those between pinned particles, so that
-/// a pinned row is sorted like the others. The result is the same for any number of threads.
+/// Cuts each island into patches where few constraints cross, as if it were alone, so that its order of projection does
+/// not depend on others. Small islands share patches. Each patch is sorted by class if that makes most of its
+/// constraints contiguous; otherwise particles that other patches use come first. `component` is the connected
+/// component of each particle, ascending. `edges` are all edges of the meshes, including those between pinned
+/// particles, so that a pinned row is sorted like the others. The result is the same for any number of threads.
 Cut cut_into_patches(const std::vector<ConstraintSet>& sets, const std::vector<Edge>& edges,
-                     const std::vector<int>& island, int threads = 1, const PatchBounds& bounds = {});
+                     const std::vector<int>& component, int threads = 1, const PatchBounds& bounds = {});
 
 /// The patch that owns each constraint: the lowest patch of its particles, unless that has too many foreign particles
 /// to number. `foreign` counts, for each patch, the particles of other patches that its constraints use; it is

@@ -35,37 +35,55 @@ int Runs::contiguous() const {
   });
 }
 
-Runs find_runs(const std::vector<int>& particles, int arity, const std::vector<std::uint8_t>& class_of) {
+Runs find_runs(const std::vector<int>& particles, int arity, const std::vector<std::uint8_t>& class_of,
+               const std::vector<int>& island) {
   const int count = static_cast<int>(particles.size()) / arity;
+  const auto island_of = [&](int c) { return island.empty() ? 0 : island[c]; };
+  struct Island {
+    int constraints = 0;
+    std::map<Family, std::size_t> rank;  // of its families, by first appearance: the order of the sweep
+    bool is_irregular() const { return static_cast<int>(rank.size()) > kFamilies + constraints / kMinLength; }
+  };
+  std::map<int, Island> islands;
+  for (int c = 0; c < count; ++c) ++islands[island_of(c)].constraints;
+  for (int c = 0; c < count; ++c)
+    if (Island& own = islands.at(island_of(c)); !own.is_irregular())
+      own.rank.try_emplace(family_of(&particles[c * arity], arity, class_of), own.rank.size());
   Runs result;
-  std::map<Family, int> number;
-  std::vector<std::vector<int>> families;  // by first appearance: the order of the sweep
+  std::vector<std::map<Family, std::vector<int>>> by_rank;  // a family of the same rank in several islands is one
   for (int c = 0; c < count; ++c) {
-    const auto [found, fresh] =
-        number.try_emplace(family_of(&particles[c * arity], arity, class_of), static_cast<int>(families.size()));
-    if (fresh) families.emplace_back();
-    families[found->second].push_back(c);
-    if (static_cast<int>(families.size()) > kFamilies + count / kMinLength) {
-      result.loose.resize(count);
-      std::iota(result.loose.begin(), result.loose.end(), 0);
-      return result;
+    const Island& own = islands.at(island_of(c));
+    if (own.is_irregular()) {
+      result.loose.push_back(c);
+      continue;
     }
+    const Family family = family_of(&particles[c * arity], arity, class_of);
+    const std::size_t rank = own.rank.at(family);
+    if (by_rank.size() <= rank) by_rank.resize(rank + 1);
+    by_rank[rank][family].push_back(c);
   }
-  for (auto& family : families) {
-    const auto at = [&](int c) { return particles[c * arity]; };
-    std::stable_sort(family.begin(), family.end(), [&](int a, int b) { return at(a) < at(b); });
-    for (auto begin = family.begin(), end = begin; begin != family.end(); begin = end) {
+  const auto at = [&](int c) { return particles[c * arity]; };
+  for (auto& families : by_rank)
+    for (auto& [name, family] : families) {
+      std::stable_sort(family.begin(), family.end(), [&](int a, int b) { return at(a) < at(b); });
       // Two equal constraints would have the same slot, so that the second one starts another run.
-      for (end = begin + 1; end != family.end() && at(*end) > at(end[-1]) && at(*end) - at(end[-1]) <= kMaxGap;) ++end;
-      if (end - begin < kMinLength) {
-        result.loose.insert(result.loose.end(), begin, end);
-        continue;
+      const auto follows = [&](int c, int before) { return at(c) > at(before) && at(c) - at(before) <= kMaxGap; };
+      Run* run = nullptr;
+      int last = 0;  // constraint of the run
+      for (auto begin = family.begin(), end = begin; begin != family.end(); begin = end) {
+        for (end = begin + 1; end != family.end() && follows(*end, end[-1]) && island_of(*end) == island_of(*begin);)
+          ++end;
+        if (end - begin < kMinLength) {
+          result.loose.insert(result.loose.end(), begin, end);
+          continue;
+        }
+        if (!run || !follows(*begin, last)) run = &result.runs.emplace_back();
+        const int first = run->slots.empty() ? at(*begin) : at(last) + 1 - static_cast<int>(run->slots.size());
+        last = end[-1];
+        run->slots.resize(at(last) - first + 1, -1);
+        for (auto c = begin; c != end; ++c) run->slots[at(*c) - first] = *c;
       }
-      Run& run = result.runs.emplace_back();
-      run.slots.assign(at(end[-1]) - at(*begin) + 1, -1);
-      for (auto c = begin; c != end; ++c) run.slots[at(*c) - at(*begin)] = *c;
     }
-  }
   std::sort(result.loose.begin(), result.loose.end());
   return result;
 }

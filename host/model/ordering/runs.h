@@ -20,7 +20,9 @@ struct Runs {
 
 /// Finds the runs of constraints with `arity` indices in `particles` each. `class_of` is the class of each index; the
 /// particles of a constraint have different ones. The j-th particles of all constraints of a run have the same class,
-/// so that they share no particle.
-Runs find_runs(const std::vector<int>& particles, int arity, const std::vector<std::uint8_t>& class_of);
+/// so that they share no particle. `island` of each constraint, if there are several: the constraints of each are in
+/// runs, and in the order, in which they would be alone. Runs of several islands that follow one another are one.
+Runs find_runs(const std::vector<int>& particles, int arity, const std::vector<std::uint8_t>& class_of,
+               const std::vector<int>& island = {});
 
 }  // namespace malha
