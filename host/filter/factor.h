@@ -4,7 +4,6 @@
 #include <functional>
 
 #include "host/base/progress.h"
-#include "host/filter/subtrees.h"
 #include "host/filter/supernodes.h"
 #include "host/measure/solver_stats.h"
 #include "kernels/parallel/compute.h"
