@@ -34,4 +34,9 @@ SpringSystem spring_system(const Model& model, double dt);
 /// y = A x for three right-hand sides.
 std::vector<double> multiply(const SpringSystem& system, const std::vector<double>& x);
 
+/// Throws InputError at a particle (the solver's order) whose pivot is only rounding errors. If one constraint is so
+/// much stiffer than the others that it costs them their digits, as those of flat triangles, the message names it;
+/// otherwise the step is too long for all of them.
+[[noreturn]] void refuse_singular(const Model& model, int particle);
+
 }  // namespace malha
