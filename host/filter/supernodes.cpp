@@ -10,6 +10,7 @@
 #include <stdexcept>
 
 #include "host/base/graph_cut.h"
+#include "host/mesh/compressed_lists.h"
 
 namespace malha {
 
@@ -82,23 +83,21 @@ std::vector<int> elimination_tree(const Pattern& pattern) {
 /// columns adjoin the parent's.
 std::vector<int> postorder(const std::vector<int>& parent) {
   const int n = static_cast<int>(parent.size());
-  std::vector<int> size(n, 1), begin(n + 2, 0), child(n), order, stack;
+  std::vector<int> size(n, 1), order, stack;
   for (int j = 0; j < n; ++j)
     if (parent[j] >= 0) size[parent[j]] += size[j];
-  for (int j = 0; j < n; ++j) ++begin[parent[j] + 2];  // roots are the children of -1
-  std::partial_sum(begin.begin(), begin.end(), begin.begin());
-  std::vector<int> next(begin.begin(), begin.end() - 1);
-  for (int j = 0; j < n; ++j) child[next[parent[j] + 1]++] = j;
-  for (int j = -1; j < n; ++j)
-    std::stable_sort(child.begin() + begin[j + 1], child.begin() + begin[j + 2],
-                     [&](int a, int b) { return size[a] < size[b]; });
+  CompressedLists<int> children(n + 1, [&](const auto& add) {  // list n has the roots
+    for (int j = 0; j < n; ++j) add(parent[j] < 0 ? n : parent[j], j);
+  });
+  for (int j = 0; j <= n; ++j) std::ranges::stable_sort(children[j], [&](int a, int b) { return size[a] < size[b]; });
   // The order is a preorder with the largest child first, reversed.
-  for (int k = begin[0]; k < begin[1]; ++k) stack.push_back(child[k]);
+  const auto push_children = [&](int j) { stack.insert(stack.end(), children[j].begin(), children[j].end()); };
+  push_children(n);
   while (!stack.empty()) {
     const int j = stack.back();
     stack.pop_back();
     order.push_back(j);
-    for (int k = begin[j + 1]; k < begin[j + 2]; ++k) stack.push_back(child[k]);
+    push_children(j);
   }
   std::reverse(order.begin(), order.end());
   return order;

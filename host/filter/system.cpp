@@ -2,10 +2,10 @@
 #include "host/filter/system.h"
 
 #include <algorithm>
-#include <numeric>
 #include <string>
 
 #include "host/base/median.h"
+#include "host/mesh/compressed_lists.h"
 #include "host/mesh/topology.h"
 #include "host/model/stencils.h"
 #include "malha/error.h"
@@ -56,30 +56,6 @@ class Unknowns {
   std::vector<int> of_;  // unknown of each particle; -1 if it is pinned or has no springs
 };
 
-/// Sorts the entries of each row by column and adds those of the same column.
-void merge_rows(SpringSystem& system) {
-  std::vector<std::pair<int, double>> row;
-  int at = 0, from = 0;
-  for (int i = 0; i < system.count(); ++i) {
-    const int to = system.begin[i + 1];
-    row.clear();
-    for (int k = from; k < to; ++k) row.emplace_back(system.column[k], system.value[k]);
-    std::stable_sort(row.begin(), row.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
-    system.begin[i] = at;
-    for (std::size_t k = 0; k < row.size(); ++k) {
-      if (k > 0 && row[k].first == row[k - 1].first) {
-        system.value[at - 1] += row[k].second;
-      } else {
-        system.column[at] = row[k].first, system.value[at] = row[k].second;
-        ++at;
-      }
-    }
-    from = to;
-  }
-  system.begin.back() = at;
-  system.column.resize(at), system.value.resize(at);
-}
-
 }  // namespace
 
 SpringSystem spring_system(const Model& model, double dt) {
@@ -93,7 +69,6 @@ SpringSystem spring_system(const Model& model, double dt) {
   const int n = system.count();
   for (const int i : system.particle) system.mass.push_back(1 / model.w[i]);
   system.diagonal = system.mass;
-  system.begin.assign(n + 1, 0);
   const auto each_spring = [&](const auto& visit) {
     for (const SpringSet* set : springs)
       for (std::size_t s = 0; s < set->ends.size(); ++s)
@@ -102,17 +77,29 @@ SpringSystem spring_system(const Model& model, double dt) {
   each_spring([&](int a, int b, double k) {
     if (a >= 0) system.diagonal[a] += k;
     if (b >= 0) system.diagonal[b] += k;
-    if (a >= 0 && b >= 0) ++system.begin[a + 1], ++system.begin[b + 1];
   });
-  std::partial_sum(system.begin.begin(), system.begin.end(), system.begin.begin());
-  system.column.resize(system.begin.back()), system.value.resize(system.begin.back());
-  std::vector<int> next(system.begin.begin(), system.begin.end() - 1);
-  each_spring([&](int a, int b, double k) {
-    if (a < 0 || b < 0) return;
-    system.column[next[a]] = b, system.value[next[a]++] = -k;
-    system.column[next[b]] = a, system.value[next[b]++] = -k;
+  struct Entry {
+    int column;
+    double value;
+  };
+  CompressedLists<Entry> rows(n, [&](const auto& add) {
+    each_spring([&](int a, int b, double k) {
+      if (a >= 0 && b >= 0) add(a, {b, -k}), add(b, {a, -k});
+    });
   });
-  merge_rows(system);
+  system.begin = {0};
+  for (int i = 0; i < n; ++i) {
+    std::ranges::stable_sort(rows[i], {}, &Entry::column);
+    for (const Entry& entry : rows[i]) {
+      const bool again =
+          static_cast<int>(system.column.size()) > system.begin[i] && system.column.back() == entry.column;
+      if (again)
+        system.value.back() += entry.value;
+      else
+        system.column.push_back(entry.column), system.value.push_back(entry.value);
+    }
+    system.begin.push_back(static_cast<int>(system.column.size()));
+  }
   return system;
 }
 

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numeric>
 
+#include "host/mesh/compressed_lists.h"
 #include "host/mesh/edge_sides.h"
 #include "host/mesh/topology.h"
 #include "host/model/model.h"
@@ -21,17 +21,15 @@ constexpr double kMuchSofter = 0.25;  // mean stiffness of a set over that of th
 
 /// The number of links from each of `count` particles to the nearest pinned one; -1 if it is not connected with one.
 std::vector<int> graph_distances(int count, const std::vector<Link>& links, const std::vector<bool>& pinned) {
-  std::vector<int> begin(count + 1, 0), near(2 * links.size());
-  for (const Link& l : links) ++begin[l.a + 1], ++begin[l.b + 1];
-  std::partial_sum(begin.begin(), begin.end(), begin.begin());
-  std::vector<int> next(begin.begin(), begin.end() - 1);
-  for (const Link& l : links) near[next[l.a]++] = l.b, near[next[l.b]++] = l.a;
+  const CompressedLists<int> near(count, [&](const auto& add) {
+    for (const Link& l : links) add(l.a, l.b), add(l.b, l.a);
+  });
   std::vector<int> graph_distance(count, -1), front;
   for (int i = 0; i < count; ++i)
     if (pinned[i]) graph_distance[i] = 0, front.push_back(i);
   for (std::size_t k = 0; k < front.size(); ++k)
-    for (int e = begin[front[k]]; e < begin[front[k] + 1]; ++e)
-      if (graph_distance[near[e]] < 0) graph_distance[near[e]] = graph_distance[front[k]] + 1, front.push_back(near[e]);
+    for (const int j : near[front[k]])
+      if (graph_distance[j] < 0) graph_distance[j] = graph_distance[front[k]] + 1, front.push_back(j);
   return graph_distance;
 }
 
