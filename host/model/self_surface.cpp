@@ -138,7 +138,7 @@ std::vector<CrossingPair> find_crossings(const SelfSurface& surface, const std::
   std::vector<CrossingPair> found;
   std::vector<int> crossed;
   for (const auto& [p, q] : edges) {
-    tree.for_each_on_segment(rotated[p], rotated[q], [&, p = p, q = q](int f) {
+    tree.for_each_overlap(bounds_of(rotated, Edge{p, q}), [&, p = p, q = q](int f) {
       const auto& [a, b, c] = faces[f];
       if (tests != nullptr) ++*tests;
       if (p == a || p == b || p == c || q == a || q == b || q == c) return;
