@@ -11,7 +11,6 @@
 #include "host/model/ordering/index_map.h"
 #include "host/model/self_surface.h"
 #include "host/model/tear.h"
-#include "host/model/validate_outputs.h"
 #include "malha/error.h"
 
 namespace malha {

@@ -9,7 +9,7 @@
 #include "host/mesh/first_equal.h"
 #include "host/mesh/polygons.h"
 #include "host/mesh/vectors.h"
-#include "host/mesh/vertices.h"
+#include "host/mesh/weld.h"
 #include "malha/error.h"
 #include "malha/text.h"
 

@@ -10,7 +10,6 @@
 #include "host/mesh/first_equal.h"
 #include "host/mesh/tetrahedra.h"
 #include "host/mesh/vectors.h"
-#include "host/mesh/vertices.h"
 #include "malha/error.h"
 
 namespace malha {
@@ -151,6 +150,18 @@ int drop_unused_points(Mesh& mesh) {
     if (!used[i]) representative[i] = -1;
   compact_points(mesh, representative);
   return unused;
+}
+
+std::vector<int> points_of_vertices(const FileVertices& file, int points) {
+  std::vector<int> all = file.point;
+  for (int i = all.empty() ? 0 : *std::ranges::max_element(all) + 1; i < points; ++i) all.push_back(i);
+  return all;
+}
+
+int vertex_of(const FileVertices& file, int point) {
+  if (file.point.empty()) return point;
+  const std::vector<int> points = points_of_vertices(file, point + 1);
+  return static_cast<int>(std::ranges::find(points, point) - points.begin());
 }
 
 }  // namespace malha

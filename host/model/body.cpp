@@ -4,7 +4,6 @@
 #include "host/mesh/check_mesh.h"
 #include "host/mesh/generate.h"
 #include "host/mesh/topology.h"
-#include "host/mesh/vertices.h"
 #include "host/mesh/weld.h"
 #include "malha/error.h"
 #include "malha/text.h"

@@ -4,16 +4,83 @@
 #include <algorithm>
 
 #include "host/mesh/topology.h"
-#include "host/model/elements.h"
 #include "host/model/isotropy.h"
 #include "host/model/material.h"
+#include "host/model/winged_triangles.h"
 #include "kernels/constraints/constraint_registry.h"
+#include "kernels/projection/element.h"
 #include "malha/error.h"
 #include "malha/text.h"
 
 namespace malha {
 
 namespace {
+
+/// Elements of a body's mesh on which constraints act: edges, hinges, triangles ... (kernels/projection/element.h).
+struct Elements {
+  std::vector<int> particles;  // facts_of(element).particles for each element, in the body's numbering
+  // Of a material, for each element its compliance times the modulus; empty for constraints with stiffness or
+  // compliance.
+  std::vector<double> softness;
+};
+
+struct ListedElements {
+  Elements all;
+  /// The rest of the mesh, for the Remainder of the constraint kind: for winged triangles it has the hinges that belong
+  /// to none of them, with their softness. For other elements it is empty.
+  Elements remainder;
+  int non_manifold = 0;  // number of edges with more than two triangles, which have no hinge
+};
+
+/// Appends elements and their softness.
+template <class List>
+void add_to(Elements& elements, const List& list, const std::vector<double>& softness) {
+  for (const auto& one : list) elements.particles.insert(elements.particles.end(), one.begin(), one.end());
+  elements.softness.insert(elements.softness.end(), softness.begin(), softness.end());
+}
+
+/// Lists the elements of the body's mesh for a constraint. `spec.elements` selects among edges; `spec.rigidity` is that
+/// of the material. `shear` is the rigidity of the diagonals of quads over that of the edges, see edge_softness().
+ListedElements list_elements(Element element, const Body& body, const ConstraintSpec& spec, double shear) {
+  const Mesh& mesh = body.mesh;
+  ListedElements listed;
+  const auto add = [&listed](const auto& list, const std::vector<double>& softness = {}) {
+    add_to(listed.all, list, softness);
+  };
+  const bool material = spec.rigidity.has_value();
+  switch (element) {  // without a default, so that the compiler reports a missing element
+    case Element::Edges:
+      for (const std::string& on : spec.elements)
+        if (on == "shear")
+          add(malha::shear(mesh), material ? shear_softness(mesh) : std::vector<double>{});
+        else
+          add(body.edges, material ? edge_softness(mesh, body.edges, shear) : std::vector<double>{});
+      break;
+    case Element::Hinges:
+      if (material) {
+        const PlateHinges of_plate = plate_hinges(mesh, body.boundary.pinned);
+        listed.non_manifold = of_plate.non_manifold;
+        add(of_plate.list, of_plate.softness);
+      } else {
+        add(hinges(mesh, &listed.non_manifold));
+      }
+      break;
+    case Element::Triangles:
+      add(triangles(mesh));
+      break;
+    case Element::Tetrahedra:
+      add(mesh.tetrahedra);
+      break;
+    case Element::WingedTriangles: {
+      const WingedTriangles winged = winged_triangles(mesh, body.boundary.pinned);
+      listed.non_manifold = winged.non_manifold;
+      add(winged.list, winged.softness);
+      add_to(listed.remainder, winged.hinges, winged.hinge_softness);
+      break;
+    }
+  }
+  return listed;
+}
 
 class ConstraintBuilder {
  public:
@@ -228,6 +295,25 @@ class ConstraintBuilder {
 
 void build_constraints(Model& model, std::vector<Body>& bodies, const std::vector<int>& solver_of, bool torn) {
   ConstraintBuilder(model, bodies, solver_of, torn).run();
+}
+
+void add_air_faces(const Mesh& mesh, const std::vector<int>& solver_index, AirFaces& all) {
+  std::vector<std::vector<int>> incident(mesh.points.size());
+  for (Quad face : mesh.faces) {
+    for (int& corner : face) {
+      if (corner < 0) continue;
+      incident[corner].push_back(static_cast<int>(all.faces.size()));
+      corner = solver_index[corner];
+    }
+    all.faces.push_back(face);
+  }
+  if (all.begin.empty()) all.begin = {0};
+  for (std::size_t i = 0; i < incident.size(); ++i) {
+    if (incident[i].empty()) continue;
+    all.particle.push_back(solver_index[i]);
+    all.incident.insert(all.incident.end(), incident[i].begin(), incident[i].end());
+    all.begin.push_back(static_cast<int>(all.incident.size()));
+  }
 }
 
 }  // namespace malha

@@ -5,7 +5,6 @@
 #include <string>
 #include <vector>
 
-#include "host/model/air_faces.h"
 #include "host/model/long_range.h"
 #include "host/model/ordering/patches.h"
 #include "host/model/pins.h"
@@ -36,6 +35,14 @@ struct PressureSet {
   std::optional<double> compliance;        // m^5/N
   std::vector<int> particles;              // all particles of the closed mesh
   std::vector<Triangle> triangles;         // of the closed mesh
+};
+
+/// Faces on which the air acts, and the incident faces of each particle.
+struct AirFaces {
+  std::vector<Quad> faces;
+  std::vector<int> particle;  // particles with a face, including pinned ones, which may be released
+  // The faces of particle[k] are incident[begin[k]] .. incident[begin[k + 1] - 1].
+  std::vector<int> begin, incident;
 };
 
 /// A connected component with damping: particles first .. first + count - 1.
@@ -121,5 +128,8 @@ std::vector<int> particles_of_vertices(const RenderMesh& render_mesh, std::size_
 int body_of(const Model& model, int user_index);
 /// The body of each particle, in the solver's order.
 std::vector<int> bodies_of(const Model& model);
+
+/// True if an object of the environment has "edges".
+bool names_edges(const Scene& scene);
 
 }  // namespace malha

@@ -23,6 +23,14 @@ void apply(const Split& split, Mesh& mesh);
 /// with no faces or lines beyond the plane. `pinned`: see pinned_now().
 std::vector<Split> find_tears(const Model& model, const std::vector<Vec3>& x, const std::vector<bool>& pinned);
 
+/// Finds the cut of a knife: the splits that separate the two ends of these edges (the user's numbering), each given as
+/// {left, right} of the knife. The cut runs along edges of the mesh, on the left of the knife, or on the right if fewer
+/// ends are pinned there. Crossed faces stay whole, on the other side of the cut. A vertex all of whose faces are
+/// crossed is not split. Pinned vertices split too, and both resulting particles are pinned. Ends that no longer share
+/// a face or line are left as they are. `pinned`: see pinned_now(). Throws InputError for an index out of range, for an
+/// edge between two bodies, and for a body without "tear".
+std::vector<Split> find_cuts(const Model& model, const std::vector<Edge>& crossed, const std::vector<bool>& pinned);
+
 /// Tells whether each particle (the user's numbering) is pinned at `time` (s), or among the particles `held` by the
 /// user.
 std::vector<bool> pinned_now(const Model& model, double time, const std::vector<int>& held = {});

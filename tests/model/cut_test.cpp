@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Cuts by the user: the parts that they separate, and what stays unchanged.
-#include "host/model/cut.h"
+#include "host/model/tear.h"
 
 #include <gtest/gtest.h>
 
