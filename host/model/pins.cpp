@@ -153,6 +153,14 @@ class BoundaryConditionBuilder {
   std::vector<bool> moved_;  // whether each particle is in a pin that moves or is released
 };
 
+/// Tells whether each particle (the user's numbering) has a pin or a rigid attachment that moves or is released.
+std::vector<bool> in_moved_pins(const Model& model) {
+  std::vector<bool> moved(model.user_index.size(), false);
+  for (const MovedPins& pins : model.moved)
+    for (const int i : pins.particles) moved[model.user_index[i]] = true;
+  return moved;
+}
+
 }  // namespace
 
 std::vector<bool> BoundaryConditions::at_start() const {
@@ -189,13 +197,10 @@ BoundaryConditions find_boundary_conditions(const Scene& scene, std::size_t body
 }
 
 std::vector<int> static_pins(const Model& model) {
-  std::vector<bool> is_static(model.w.size());
-  for (std::size_t i = 0; i < is_static.size(); ++i) is_static[i] = !(model.w[i] > 0);
-  for (const MovedPins& pins : model.moved)
-    for (const int i : pins.particles) is_static[i] = false;
+  const std::vector<bool> moved = in_moved_pins(model);
   std::vector<int> list;
-  for (std::size_t i = 0; i < is_static.size(); ++i)
-    if (is_static[i]) list.push_back(model.user_index[i]);
+  for (int i = 0; i < model.count(); ++i)
+    if (!(model.w[i] > 0) && !moved[model.user_index[i]]) list.push_back(model.user_index[i]);
   std::sort(list.begin(), list.end());
   return list;
 }
@@ -208,9 +213,7 @@ std::vector<bool> has_keyframes(const Model& model) {
 }
 
 Scene with_pins(const Model& model, const std::vector<int>& particles) {
-  std::vector<bool> in_other_pin(model.user_index.size(), false);
-  for (const MovedPins& pins : model.moved)
-    for (const int i : pins.particles) in_other_pin[model.user_index[i]] = true;
+  const std::vector<bool> in_other_pin = in_moved_pins(model);
   for (const int i : particles) {
     if (i < 0 || i >= model.count())
       refuse("pins", "", "particle " + std::to_string(i), "0 to " + std::to_string(model.count() - 1));

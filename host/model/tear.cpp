@@ -14,17 +14,28 @@ namespace malha {
 
 namespace {
 
+/// Number of faces and lines; lines are numbered after the faces.
+int elements_of(const Mesh& mesh) { return static_cast<int>(mesh.faces.size() + mesh.lines.size()); }
+
+/// Calls visit(corner) for each corner of a face or line.
+template <class Visit>
+void each_corner(const Mesh& mesh, int element, const Visit& visit) {
+  const int faces = static_cast<int>(mesh.faces.size());
+  if (element >= faces)
+    for (const int end : mesh.lines[element - faces]) visit(end);
+  else
+    for (const int corner : mesh.faces[element])
+      if (corner >= 0) visit(corner);
+}
+
 /// Finds the splits of one body.
 class Tearer {
  public:
   /// `x` are the positions of the body's particles, `pinned` whether each of them is pinned.
   Tearer(int body, const Mesh& rest, const Vec3* x, std::vector<bool> pinned)
       : body_(body), rest_(rest), x_(x), excluded_(std::move(pinned)), incident_(rest.points.size()) {
-    for (std::size_t f = 0; f < rest.faces.size(); ++f)
-      for (const int corner : rest.faces[f])
-        if (corner >= 0) incident_[corner].push_back(static_cast<int>(f));
-    for (std::size_t l = 0; l < rest.lines.size(); ++l)
-      for (const int end : rest.lines[l]) incident_[end].push_back(static_cast<int>(rest.faces.size() + l));
+    for (int e = 0; e < elements_of(rest); ++e)
+      each_corner(rest, e, [&](int corner) { incident_[corner].push_back(e); });
   }
 
   std::vector<Split> find(double limit) {
@@ -62,25 +73,16 @@ class Tearer {
         split.lines.push_back(element - faces);
     }
     if (stay == 0 || stay == incident_[vertex].size()) return false;
-    for (const int element : incident_[vertex]) each_corner(element, [this](int corner) { excluded_[corner] = true; });
+    for (const int element : incident_[vertex])
+      each_corner(rest_, element, [this](int corner) { excluded_[corner] = true; });
     splits.push_back(std::move(split));
     return true;
-  }
-
-  template <class Visit>
-  void each_corner(int element, const Visit& visit) const {
-    const int faces = static_cast<int>(rest_.faces.size());
-    if (element >= faces)
-      for (const int end : rest_.lines[element - faces]) visit(end);
-    else
-      for (const int corner : rest_.faces[element])
-        if (corner >= 0) visit(corner);
   }
 
   Vec3 centre(int element) const {
     Vec3 sum{0, 0, 0};
     int corners = 0;
-    each_corner(element, [&](int i) {
+    each_corner(rest_, element, [&](int i) {
       for (int k = 0; k < 3; ++k) sum[k] += x_[i][k];
       ++corners;
     });
@@ -102,9 +104,10 @@ class Cutter {
   std::vector<Split> find() {
     std::map<int, Split> splits;  // of each vertex on the cut; crossed faces and lines get its duplicate
     std::vector<int> incident(mesh_.points.size(), 0);
-    const int faces = static_cast<int>(mesh_.faces.size()), lines = static_cast<int>(mesh_.lines.size());
-    for (int e = 0; e < faces + lines; ++e) {
-      const std::vector<int> corners = corners_of(e);
+    const int faces = static_cast<int>(mesh_.faces.size());
+    for (int e = 0; e < elements_of(mesh_); ++e) {
+      std::vector<int> corners;
+      each_corner(mesh_, e, [&](int corner) { corners.push_back(corner); });
       for (const int corner : corners) ++incident[corner];
       for (const int corner : on_the_cut(corners)) {
         Split& split = splits.try_emplace(corner, Split{body_, corner, {}, {}}).first->second;
@@ -119,16 +122,6 @@ class Cutter {
   }
 
  private:
-  std::vector<int> corners_of(int element) const {
-    const int faces = static_cast<int>(mesh_.faces.size());
-    if (element >= faces) {
-      const Edge& line = mesh_.lines[element - faces];
-      return {line[0], line[1]};
-    }
-    const Quad& face = mesh_.faces[element];
-    return {face.begin(), face[3] < 0 ? face.end() - 1 : face.end()};
-  }
-
   /// The corners at which a crossed face or line gets duplicates; none if it is not crossed.
   std::vector<int> on_the_cut(const std::vector<int>& corners) const {
     const std::size_t n = corners.size();
@@ -284,11 +277,7 @@ std::vector<Split> decode_splits(const std::vector<int>& numbers, const Scene& s
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
     meshes.push_back(scene.bodies[b].tear ? body_mesh(intact, b) : Mesh{});
     auto& counts = incident.emplace_back(meshes[b].points.size(), 0);
-    for (const Quad& face : meshes[b].faces)
-      for (const int corner : face)
-        if (corner >= 0) ++counts[corner];
-    for (const Edge& line : meshes[b].lines)
-      for (const int end : line) ++counts[end];
+    for (int e = 0; e < elements_of(meshes[b]); ++e) each_corner(meshes[b], e, [&](int corner) { ++counts[corner]; });
   }
   std::vector<Split> splits;
   std::size_t at = 0;
