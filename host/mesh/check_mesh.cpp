@@ -87,9 +87,7 @@ class AreaFilter {
     return folds(face) && !folds({b, c, d, a});
   }
 
-  Vec3 normal_of(int a, int b, int c) const {
-    return cross(minus(points_[b], points_[a]), minus(points_[c], points_[a]));
-  }
+  Vec3 normal_of(int a, int b, int c) const { return normal(points_[a], points_[b], points_[c]); }
   bool has_area(int a, int b, int c) const { return area(points_[a], points_[b], points_[c]) > limit_; }
 
   const std::vector<Vec3>& points_;
@@ -111,15 +109,7 @@ Quad remaining_in_file(const Quad& left, const Quad& face, const Quad& in_file) 
 
 void check_repeated_faces(const Mesh& mesh, const std::vector<Quad>& faces, const std::vector<int>& numbers,
                           const std::string& file) {
-  std::vector<Quad> sorted = faces;
-  for (Quad& face : sorted) std::ranges::sort(face);
-  const auto hash = [&](int i) {
-    std::uint64_t bits = 0;
-    for (const int corner : sorted[i]) bits = mix(bits, static_cast<std::uint64_t>(corner));
-    return bits;
-  };
-  const auto equal = [&](int i, int j) { return sorted[i] == sorted[j]; };
-  const std::vector<int> first = first_equal(static_cast<int>(faces.size()), hash, equal);
+  const std::vector<int> first = first_of_same_corners(faces);
   for (std::size_t i = 0; i < faces.size(); ++i) {
     if (first[i] == static_cast<int>(i)) continue;
     std::string corners;
@@ -133,21 +123,12 @@ void check_repeated_faces(const Mesh& mesh, const std::vector<Quad>& faces, cons
 
 void check_loose_points(const Mesh& mesh, const std::vector<Quad>& kept, const std::string& file) {
   std::vector<bool> used(mesh.points.size(), false);
-  const auto use = [&](const auto& items) {
-    for (const auto& item : items) {
-      for (const int point : item) {
-        if (point >= 0) used[point] = true;
-      }
-    }
-  };
-  use(kept);
-  use(mesh.lines);
-  use(mesh.tetrahedra);
+  mark_corners(kept, used), mark_corners(mesh.lines, used), mark_corners(mesh.tetrahedra, used);
   const auto loose = std::ranges::find(used, false);
   if (loose == used.end()) return;
   const auto all = std::ranges::count(used, false);
   std::string found = "a vertex of no face, line or tetrahedron (vertices like it: " + std::to_string(all) + ")";
-  use(mesh.faces);
+  mark_corners(mesh.faces, used);
   if (used[static_cast<std::size_t>(loose - used.begin())]) found = "a vertex whose faces all have zero area";
   refuse(file, number_of("vertex", vertex(mesh, static_cast<std::size_t>(loose - used.begin()))), found,
          "vertices of faces with an area, or of lines");

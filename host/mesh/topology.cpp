@@ -138,9 +138,7 @@ double signed_volume(const std::vector<Vec3>& points, const std::vector<Triangle
 std::vector<double> masses_by_density(const Mesh& mesh, double density) {
   const auto& points = mesh.points;
   std::vector<double> mass(points.size(), 0.0);
-  const auto normal_of = [&](int a, int b, int c) {
-    return cross(minus(points[b], points[a]), minus(points[c], points[a]));
-  };
+  const auto normal_of = [&](int a, int b, int c) { return normal(points[a], points[b], points[c]); };
   const auto add_triangle = [&](const Triangle& corners, const Vec3& normal, double weight) {
     const double third = weight * density * norm(normal) / 2 / 3;
     for (const int corner : corners) mass[corner] += third;

@@ -134,12 +134,7 @@ Welded weld(Mesh& mesh, double distance, const std::string& file) {
 
 int drop_unused_points(Mesh& mesh) {
   std::vector<bool> used(mesh.points.size(), false);
-  const auto use = [&used](const auto& items) {
-    for (const auto& item : items)
-      for (const int corner : item)
-        if (corner >= 0) used[corner] = true;
-  };
-  use(mesh.faces), use(mesh.lines), use(mesh.tetrahedra);
+  mark_corners(mesh.faces, used), mark_corners(mesh.lines, used), mark_corners(mesh.tetrahedra, used);
   const auto unused = static_cast<int>(std::ranges::count(used, false));
   if (unused == 0 || unused == static_cast<int>(used.size())) {
     mesh.vertices.position = {};

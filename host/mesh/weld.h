@@ -21,6 +21,14 @@ struct Welded {
 /// become degenerate.
 Welded weld(Mesh& mesh, double distance, const std::string& file);
 
+/// Marks the corners of faces, lines or tetrahedra.
+template <class Items>
+void mark_corners(const Items& items, std::vector<bool>& used) {
+  for (const auto& item : items)
+    for (const int corner : item)
+      if (corner >= 0) used[corner] = true;
+}
+
 /// Removes vertices that no face, line or tetrahedron uses, unless all are unused. The others keep their order;
 /// mesh.vertices keeps the numbering of the file. Returns the number of removed points.
 int drop_unused_points(Mesh& mesh);

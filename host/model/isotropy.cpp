@@ -24,7 +24,7 @@ class VertexEnergies {
     for (const Quad& face : mesh.faces) {
       const int corners = is_triangle(face) ? 3 : 4;
       const auto& X = mesh.points;
-      const Vec3 twice = is_triangle(face) ? cross(minus(X[face[1]], X[face[0]]), minus(X[face[2]], X[face[0]]))
+      const Vec3 twice = is_triangle(face) ? malha::normal(X[face[0]], X[face[1]], X[face[2]])
                                            : cross(minus(X[face[2]], X[face[0]]), minus(X[face[3]], X[face[1]]));
       for (int k = 0; k < corners; ++k) {
         // The faces may be oriented inconsistently.
@@ -60,8 +60,7 @@ class VertexEnergies {
   }
   /// True if a wing lies to the left of the edge from a to b, seen against the normal of vertex i.
   bool to_the_left(int i, int a, int b, int wing) const {
-    return dot(cross(minus(mesh_.points[b], mesh_.points[a]), minus(mesh_.points[wing], mesh_.points[a])),
-               at_[i].normal) > 0;
+    return dot(normal(mesh_.points[a], mesh_.points[b], mesh_.points[wing]), at_[i].normal) > 0;
   }
   /// Adds energy(angle), the energy of a strain along the direction at this angle.
   template <class Energy>
