@@ -122,14 +122,14 @@ class SpringForces {
         const int first = rows;
         for (int c = 0; c < set.count(); ++c) {
           const StencilOf<Kind> one = stencil_of<Kind>(set, c, model.x);
-          if (std::all_of(one.own.begin(), one.own.end(), [](double a) { return a == 0; })) continue;
+          if (std::ranges::all_of(one.own, [](double a) { return a == 0; })) continue;
           for (int j = 0; j < one.n; ++j) particle.push_back(one.particles[j] * kIndexScale<R>);
           for (int k = 0; k < Stencil::vectors; ++k)
             for (int j = 0; j < one.n; ++j) {
               weight.push_back(R(one.weights[k][j]));
               if (model.w[one.particles[j]] > 0) pulls.push_back({one.particles[j], rows + k, one.weights[k][j]});
             }
-          own.insert(own.end(), one.own.begin(), one.own.end());
+          own.insert(own.end(), std::begin(one.own), std::end(one.own));
           stiffness.push_back(R(1 / one.alpha));
           rows += Stencil::vectors;
         }

@@ -6,7 +6,7 @@
 #include "host/forces/body_momenta.h"
 #include "host/model/model.h"
 #include "host/projection/stiffness.h"
-#include "kernels/forces/damping.h"
+#include "kernels/forces/momenta.h"
 
 namespace malha {
 

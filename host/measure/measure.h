@@ -8,7 +8,6 @@
 #include "host/measure/strain.h"
 #include "host/model/model.h"
 #include "kernels/constraints/constraint_registry.h"
-#include "kernels/filter/spring_energy.h"
 #include "kernels/measure/energies.h"
 #include "kernels/projection/rest.h"
 #include "malha/measures.h"

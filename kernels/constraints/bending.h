@@ -4,7 +4,7 @@
 // with the gradients of Bridson, Marino, Fedkiw 2003 (also Tamstorf, Grinspun 2013).
 #pragma once
 #include "kernels/constraints/isometric_bending.h"
-#include "kernels/simd/atan2.h"
+#include "kernels/simd/elementary_functions.h"
 
 namespace malha {
 

@@ -13,7 +13,7 @@
 #pragma once
 #include "kernels/projection/direction.h"
 #include "kernels/projection/project_constraint.h"
-#include "kernels/simd/log.h"
+#include "kernels/simd/elementary_functions.h"
 
 namespace malha {
 

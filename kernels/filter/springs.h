@@ -3,7 +3,7 @@
 // own springs: no two lanes write to the same particle, and no colours are needed. A spring is evaluated at both of its
 // ends, with exactly opposite forces.
 #pragma once
-#include "kernels/forces/motion.h"
+#include "kernels/forces/integrate.h"
 #include "kernels/projection/stencil.h"
 #include "kernels/simd/rows.h"
 
