@@ -10,32 +10,16 @@ namespace malha {
 template <class S>
 struct Vector3 {
   S x, y, z;
-};
 
-template <class S>
-KERNEL Vector3<S> operator+(const Vector3<S>& a, const Vector3<S>& b) {
-  return {a.x + b.x, a.y + b.y, a.z + b.z};
-}
-template <class S>
-KERNEL Vector3<S> operator-(const Vector3<S>& a, const Vector3<S>& b) {
-  return {a.x - b.x, a.y - b.y, a.z - b.z};
-}
-template <class S>
-KERNEL Vector3<S> operator-(const Vector3<S>& a) {
-  return {-a.x, -a.y, -a.z};
-}
-template <class S>
-KERNEL Vector3<S> operator*(const Vector3<S>& a, S s) {
-  return {a.x * s, a.y * s, a.z * s};
-}
-template <class S>
-KERNEL S dot(const Vector3<S>& a, const Vector3<S>& b) {
-  return a.x * b.x + a.y * b.y + a.z * b.z;
-}
-template <class S>
-KERNEL Vector3<S> cross(const Vector3<S>& a, const Vector3<S>& b) {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
+  KERNEL friend Vector3 operator+(const Vector3& a, const Vector3& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+  KERNEL friend Vector3 operator-(const Vector3& a, const Vector3& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+  KERNEL friend Vector3 operator-(const Vector3& a) { return {-a.x, -a.y, -a.z}; }
+  KERNEL friend Vector3 operator*(const Vector3& a, S s) { return {a.x * s, a.y * s, a.z * s}; }
+  KERNEL friend S dot(const Vector3& a, const Vector3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+  KERNEL friend Vector3 cross(const Vector3& a, const Vector3& b) {
+    return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+  }
+};
 
 template <class R>
 KERNEL bool same(const Vector3<R>& a, const Vector3<R>& b) {
