@@ -136,7 +136,7 @@ void check_loose_points(const Mesh& mesh, const std::vector<Quad>& kept, const s
 
 }  // namespace
 
-MeshIssues check_mesh(Mesh& mesh, const std::string& file, bool loose_points_allowed) {
+int check_mesh(Mesh& mesh, const std::string& file, bool loose_points_allowed) {
   check_coordinates(mesh, file);
   check_duplicated_points(mesh, file);
   for (std::size_t i = 0; i < mesh.lines.size(); ++i) {
@@ -145,14 +145,14 @@ MeshIssues check_mesh(Mesh& mesh, const std::string& file, bool loose_points_all
            "two vertices");
   }
   const AreaFilter filter(mesh.points);
-  MeshIssues issues;
+  int zero_area_faces = 0;
   std::vector<Quad> kept, kept_in_file;
   std::vector<int> numbers;  // of the kept faces, in the mesh as given
   kept.reserve(mesh.faces.size());
   numbers.reserve(mesh.faces.size());
   for (std::size_t i = 0; i < mesh.faces.size(); ++i) {
     const std::optional<Quad> left = filter(mesh.faces[i]);
-    if (!left || is_triangle(*left) != is_triangle(mesh.faces[i])) ++issues.zero_area_faces;
+    if (!left || is_triangle(*left) != is_triangle(mesh.faces[i])) ++zero_area_faces;
     if (!left) continue;
     if (!is_triangle(*left) && filter.folds(*left)) {
       const auto [a, b, c, d] = *left;
@@ -171,7 +171,7 @@ MeshIssues check_mesh(Mesh& mesh, const std::string& file, bool loose_points_all
   check_repeated_faces(mesh, kept, numbers, file);
   if (!loose_points_allowed) check_loose_points(mesh, kept, file);
   mesh.faces = std::move(kept), mesh.vertices.faces = std::move(kept_in_file);
-  return issues;
+  return zero_area_faces;
 }
 
 }  // namespace malha
