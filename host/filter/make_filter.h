@@ -12,7 +12,7 @@
 #include "host/base/memory_size.h"
 #include "host/base/stopwatch.h"
 #include "host/filter/dense_filter.h"
-#include "host/filter/exact_factor.h"
+#include "host/filter/factor.h"
 #include "host/filter/filter.h"
 #include "host/filter/filter_errors.h"
 #include "host/filter/sparse_filter.h"

@@ -7,7 +7,7 @@
 
 #include "host/base/array.h"
 #include "host/base/launch_graph.h"
-#include "host/filter/factor.h"
+#include "host/filter/supernodes.h"
 #include "kernels/filter/sparse_filter.h"
 
 namespace malha {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "host/base/array.h"
+#include "host/filter/system.h"
 #include "host/model/stencils.h"
 #include "kernels/filter/springs.h"
 #include "kernels/simd/rows.h"

@@ -58,6 +58,32 @@ class Unknowns {
 
 }  // namespace
 
+SpringSet linear_part(const Model& model) {
+  struct Pair {
+    Edge ends;
+    double stiffness;
+  };
+  std::vector<Pair> all;
+  for_each_stencil(model, [&](const auto& stencil) {
+    for (const auto& c : stencil.weights)
+      for (int i = 0; i < stencil.n; ++i)
+        for (int j = 0; j < i; ++j) {
+          const int a = stencil.particles[i], b = stencil.particles[j];
+          if (a != b && c[i] * c[j] != 0)
+            all.push_back({{std::min(a, b), std::max(a, b)}, -c[i] * c[j] / stencil.alpha});
+        }
+  });
+  std::stable_sort(all.begin(), all.end(), [](const Pair& a, const Pair& b) { return a.ends < b.ends; });
+  SpringSet sum{"", {}, {}, {}};
+  for (const Pair& pair : all)
+    if (!sum.ends.empty() && sum.ends.back() == pair.ends)
+      sum.stiffness.back() += pair.stiffness;
+    else
+      sum.ends.push_back(pair.ends), sum.stiffness.push_back(pair.stiffness);
+  sum.rest.assign(sum.ends.size(), 0);
+  return sum;
+}
+
 SpringSystem spring_system(const Model& model, double dt) {
   const SpringSet linear = linear_part(model);
   std::vector<const SpringSet*> springs{&linear};

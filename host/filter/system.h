@@ -28,6 +28,11 @@ struct SpringSystem {
   int count() const { return static_cast<int>(particle.size()); }
 };
 
+/// The linear part of all stencils of a model, as springs of rest length 0 between all pairs of a stencil's particles,
+/// with one spring for each pair: x^T c c^T x / alpha = sum over pairs of -c_i c_j / alpha |x_i - x_j|^2, because the
+/// sum of c is 0. Single springs may have a negative stiffness; their sum is positive semidefinite.
+SpringSet linear_part(const Model& model);
+
 /// `dt`: s, of a substep.
 SpringSystem spring_system(const Model& model, double dt);
 

@@ -5,10 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "host/model/long_range.h"
 #include "host/model/ordering/patches.h"
 #include "host/model/pins.h"
-#include "host/model/springs.h"
 #include "malha/scene.h"
 
 namespace malha {
@@ -35,6 +33,24 @@ struct PressureSet {
   std::optional<double> compliance;        // m^5/N
   std::vector<int> particles;              // all particles of the closed mesh
   std::vector<Triangle> triangles;         // of the closed mesh
+};
+
+/// Springs of Desbrun's method.
+struct SpringSet {
+  std::string type;               // of the constraints
+  std::vector<Edge> ends;         // the two particles of each spring
+  std::vector<double> stiffness;  // N/m, of each
+  std::vector<double> rest;       // m
+};
+
+/// Long-range attachments of particles to pins (Kim, Chentanez, Müller 2012). Those of particle[k] are begin[k] ..
+/// begin[k + 1] - 1.
+struct LongRangeSet {
+  std::vector<int> particle;
+  std::vector<int> begin;
+  std::vector<int> anchor;           // pinned particle of each attachment; for each particle the farthest first
+  std::vector<double> max_distance;  // m, of each attachment
+  int items() const { return static_cast<int>(particle.size()); }
 };
 
 /// Faces on which the air acts, and the incident faces of each particle.

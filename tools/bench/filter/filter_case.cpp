@@ -7,7 +7,7 @@
 #include "host/base/point_array.h"
 #include "host/base/stopwatch.h"
 #include "host/filter/dense_filter.h"
-#include "host/filter/exact_factor.h"
+#include "host/filter/factor.h"
 #include "host/filter/filter.h"
 #include "malha/error.h"
 #include "malha/text.h"
