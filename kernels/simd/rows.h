@@ -54,11 +54,6 @@ using Indices = std::integer_sequence<int, I...>;
 template <int n>
 using Count = std::make_integer_sequence<int, n>;
 
-template <class V, int... I>
-KERNEL auto join(V a, V b, Indices<I...>) {
-  return __builtin_shufflevector(a, b, I...);
-}
-
 /// The four lanes from 4 * block on. (g++ stores them straight to memory from this, but not from a shuffle.)
 template <class R, int block, class V>
 KERNEL Quartet<R> quarter(V a) {
@@ -108,12 +103,12 @@ KERNEL V row(Vec4<R>* rows, const Index* index) {
   if constexpr (n == 1) {
     return quartet(rows, index[0]);
 #if defined(__clang__)
-  } else if constexpr (n == 2) {
-    return join(quartet(rows, index[0]), quartet(rows, index[4]), Count<8>{});
   } else {
-    constexpr Count<8> eight{};
-    return join(join(quartet(rows, index[0]), quartet(rows, index[4]), eight),
-                join(quartet(rows, index[8]), quartet(rows, index[12]), eight), Count<16>{});
+    V all;
+    for (int k = 0; k < n; ++k)
+      __builtin_memcpy(reinterpret_cast<char*>(&all) + k * sizeof(Vec4<R>), address(rows, index[4 * k]),
+                       sizeof(Vec4<R>));
+    return all;
 #else
   } else if constexpr (sizeof(Vec4<R>) == 16) {  // as 16-byte elements: g++ then inserts straight from memory
     if constexpr (n == 2) return (V)(Bits16x2{bits(rows, index[0]), bits(rows, index[4])});

@@ -73,7 +73,7 @@ void instantiate_filters() {
   instantiate_groups<Pieces<SumTop<R, Io>>, Pieces<ScatterRoot<R, Io>>, Pieces<GatherTop<R>>, Pieces<StoreRoot<R>>>();
   instantiate_groups<MultiplyDense<R, R>, MultiplyDense<short, R>>();
   instantiate<GatherDense<R, R, Io>, SumDense<short, R, Io>, EliminateFront<R, NativeIsa>>();
-  instantiate<SpringRows<R>, FilteredRows<R>, FilteredMotion<R>, RemoveRigid<R>, RemoveAsPublished<R>>();
+  instantiate<SpringRows<R>, FilteredRows<R>, FilteredMotion<R>, RemoveRigid<R>>();
   instantiate<MeasureExcess<R, Points<R>>, MeasureExcess<R, Displaced<R>>, MeasureSpring<double[3], int[2]>>();
 }
 template void instantiate_filters<float>();
