@@ -51,7 +51,7 @@ void measure_set(const Executor& executor, const Model& model, const ConstraintS
           *set.compliance;
     else if (set.compliance.value_or(0) > 0)
       m.elastic += r.softened / (2 * *set.compliance);
-    if (Kind::has_strain) lengths += r;
+    if (set.type == Distance::name) lengths += r;
   });
 }
 

@@ -13,11 +13,9 @@ struct Bending {
   static constexpr Element element = Element::Hinges;
   static constexpr int particles = 4;
   static constexpr bool inequality = false;
-  static constexpr bool has_strain = false;
   static constexpr Strength strength{true, "rigidity", "N m"};
   static constexpr Filtered filtered = Filtered::Stencil;
   using Stencil = IsometricBending::Stencil;
-  static constexpr Degenerate degenerate = Degenerate::Skipped;
   static constexpr int rest_values = 2;
   static constexpr double min_turn_cosine = 0.97;
   static constexpr int per_max_step = 1;

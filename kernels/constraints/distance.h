@@ -10,10 +10,8 @@ struct Distance {
   static constexpr Element element = Element::Edges;
   static constexpr int particles = 2;
   static constexpr bool inequality = false;
-  static constexpr bool has_strain = true;  // C / l
   static constexpr Strength strength{true, "rigidity", "N/m of a surface, N of a line"};
   static constexpr Filtered filtered = Filtered::Spring;
-  static constexpr Degenerate degenerate = Degenerate::Skipped;
   static constexpr int rest_values = 1;
   static constexpr Parameter parameter{"rest_scale", 1, 0, false};
 
@@ -42,10 +40,8 @@ struct DistanceLimit {
   static constexpr Element element = Element::Edges;
   static constexpr int particles = 2;
   static constexpr bool inequality = true;
-  static constexpr bool has_strain = false;
   static constexpr Strength strength{true, nullptr, nullptr};
   static constexpr Filtered filtered = Filtered::After;
-  static constexpr Degenerate degenerate = Degenerate::Skipped;
   static constexpr int rest_values = 1;
   static constexpr Parameter parameter{"limit", 0.1, 0, true};
 

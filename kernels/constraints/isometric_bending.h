@@ -15,10 +15,8 @@ struct IsometricBending {
   static constexpr Element element = Element::Hinges;
   static constexpr int particles = 4;
   static constexpr bool inequality = false;
-  static constexpr bool has_strain = false;
   static constexpr Strength strength{true, "rigidity", "N m"};
   static constexpr Filtered filtered = Filtered::Stencil;
-  static constexpr Degenerate degenerate = Degenerate::Projected;
   static constexpr int rest_values = 4;
   static constexpr Parameter parameter{"rest_scale", 1, 0, true};
   static constexpr double min_turn_cosine = 0.97;

@@ -19,10 +19,8 @@ struct Membrane {
   static constexpr Element element = Element::Triangles;
   static constexpr int particles = 3;
   static constexpr bool inequality = false;
-  static constexpr bool has_strain = false;
   static constexpr Strength strength{false, "young_modulus", "N/m"};
   static constexpr Filtered filtered = Filtered::Stencil;
-  static constexpr Degenerate degenerate = Degenerate::Projected;
   static constexpr int rest_values = 5;
   static constexpr int multipliers = 3;
   static constexpr Parameter parameter{"poisson_ratio", 0.3, 0, true,

@@ -22,10 +22,8 @@ struct NeoHookean {
   static constexpr Element element = Element::Tetrahedra;
   static constexpr int particles = 4;
   static constexpr bool inequality = false;
-  static constexpr bool has_strain = false;
   static constexpr Strength strength{false, "young_modulus", "Pa"};
   static constexpr Filtered filtered = Filtered::After;
-  static constexpr Degenerate degenerate = Degenerate::Projected;
   static constexpr int rest_values = 7;
   static constexpr int multipliers = 2;  // projected by step(); the compliance is 1/mu
   static constexpr Parameter parameter{"poisson_ratio", 0.3, 0, true,

@@ -17,10 +17,8 @@ struct Plate {
   static constexpr Element element = Element::WingedTriangles;
   static constexpr int particles = 6;  // the triangle 0 1 2, and wing 3 + i beyond the side opposite to corner i
   static constexpr bool inequality = false;
-  static constexpr bool has_strain = false;
   static constexpr Strength strength{false, "rigidity", "N m"};
   static constexpr Filtered filtered = Filtered::Stencil;
-  static constexpr Degenerate degenerate = Degenerate::Skipped;
   static constexpr int rest_values = 13;  // the three angles at rest, B with C = B (theta - theta0), and 1 / max step
   static constexpr int per_max_step = 12;
   static constexpr int multipliers = 3;

@@ -11,10 +11,8 @@ struct Volume {
   static constexpr Element element = Element::Tetrahedra;
   static constexpr int particles = 4;
   static constexpr bool inequality = false;
-  static constexpr bool has_strain = false;
   static constexpr Strength strength{true, nullptr, nullptr};
   static constexpr Filtered filtered = Filtered::After;
-  static constexpr Degenerate degenerate = Degenerate::Projected;
   static constexpr int rest_values = 1;
   static constexpr Parameter parameter{"rest_scale", 1, 0, true};
 
