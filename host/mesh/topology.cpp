@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/mesh/topology.h"
 
+#include <algorithm>
+
 #include "host/base/disjoint_sets.h"
 #include "host/mesh/edge_sides.h"
 #include "host/mesh/tetrahedra.h"
@@ -17,19 +19,12 @@ std::vector<Edge> edges(const Mesh& mesh) {
     for (const auto& [from, to] : mesh.lines) add(from, to);
     for (const auto& [a, b, c, d] : mesh.tetrahedra) add(a, b), add(a, c), add(a, d), add(b, c), add(b, d), add(c, d);
   };
-  std::size_t most = 0, unique = 0;
-  visit([&](int, int) { ++most; });
-  std::vector<bool> is_first(most, false);
-  for_each_edge(sorted_sides(mesh.points.size(), visit), [&](auto first, auto) {
-    is_first[first->number] = true;
-    ++unique;
-  });
+  std::vector<Side> unique;
+  for_each_edge(sorted_sides(mesh.points.size(), visit), [&](auto first, auto) { unique.push_back(*first); });
+  std::ranges::sort(unique, {}, &Side::number);
   std::vector<Edge> found;
-  found.reserve(unique);
-  std::size_t number = 0;
-  visit([&](int from, int to) {
-    if (is_first[number++]) found.push_back({std::min(from, to), std::max(from, to)});
-  });
+  found.reserve(unique.size());
+  for (const Side& side : unique) found.push_back({side.low, side.high});
   return found;
 }
 
@@ -93,30 +88,25 @@ void require_closed(const Mesh& mesh, const std::string& file, const std::string
   const auto two_faces = why + ": every edge with exactly two faces, consistently oriented";
   if (mesh.faces.empty()) refuse(file, "", "a mesh without faces", two_faces);
   const auto sides = sorted_sides(mesh.points.size(), [&](auto add) { for_each_face_side(mesh.faces, add); });
-  const Side *open = nullptr, *non_manifold = nullptr,
-             *against = nullptr;  // first edge of each kind in the order of the faces
-  int open_edges = 0, crowded_edges = 0, against_edges = 0;
-  const auto note = [](const Side*& kept, int& count, const Side& side) {
-    if (kept == nullptr || side.number < kept->number) kept = &side;
-    ++count;
+  struct Fault {
+    std::string what;
+    const Side* first = nullptr;  // in the order of the faces
+    int edges = 0;
   };
+  Fault faults[] = {{"an open edge, with one face only"},
+                    {"an edge with more than two faces"},
+                    {"an edge whose two faces have opposite orientations"}};
   for_each_edge(sides, [&](auto first, auto last) {
-    if (last - first == 1) {
-      note(open, open_edges, *first);
-    } else if (last - first > 2) {
-      note(non_manifold, crowded_edges, *first);
-    } else if (first[0].forward == first[1].forward) {
-      note(against, against_edges, *first);
-    }
+    if (last - first == 2 && first[0].forward != first[1].forward) return;
+    Fault& fault = faults[last - first == 1 ? 0 : last - first > 2 ? 1 : 2];
+    if (fault.edges++ == 0 || first->number < fault.first->number) fault.first = &*first;
   });
-  const auto refuse_edge = [&](const Side& side, int count, const std::string& what) {
+  for (const Fault& fault : faults) {
+    if (fault.edges == 0) continue;
     const auto vertex = [&mesh](int point) { return std::to_string(vertex_of(mesh.vertices, point)); };
-    refuse(file, "edge " + vertex(side.low) + "-" + vertex(side.high) + " (vertices, 0-based)",
-           what + " (edges like it: " + std::to_string(count) + ")", two_faces);
-  };
-  if (open != nullptr) refuse_edge(*open, open_edges, "an open edge, with one face only");
-  if (non_manifold != nullptr) refuse_edge(*non_manifold, crowded_edges, "an edge with more than two faces");
-  if (against != nullptr) refuse_edge(*against, against_edges, "an edge whose two faces have opposite orientations");
+    refuse(file, "edge " + vertex(fault.first->low) + "-" + vertex(fault.first->high) + " (vertices, 0-based)",
+           fault.what + " (edges like it: " + std::to_string(fault.edges) + ")", two_faces);
+  }
   const double volume = signed_volume(mesh.points, triangles(mesh));
   if (!(volume > 0)) {
     refuse(file, "", "an enclosed volume of " + shown(volume) + " m^3 (inside out)",
