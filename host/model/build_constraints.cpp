@@ -6,7 +6,6 @@
 #include "host/mesh/geodesic.h"
 #include "host/mesh/topology.h"
 #include "host/mesh/vectors.h"
-#include "host/model/isotropy.h"
 #include "host/model/material.h"
 #include "host/model/stencils.h"
 #include "kernels/constraints/constraint_registry.h"

@@ -22,7 +22,7 @@ struct RestGraph {
   std::vector<Vector> mean;     // m, mass centre of its finest particles; off the surface where that is curved
   std::vector<Vector> normal;   // unit normal of the surface; 0 for lines and solids
   std::vector<bool> folded;     // true where the surface has a crease and thus no tangent plane
-  std::vector<Vector> stretch;  // static stretch, see stretch_by_weight(); empty: none
+  std::vector<Vector> stretch;  // static stretch, as in CoarseningGraph; empty: none
   std::vector<double> mass;     // kg
   std::vector<bool> pinned;
   std::vector<Link> links;   // pairs with a constraint between them
