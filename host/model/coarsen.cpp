@@ -8,7 +8,6 @@
 #include "host/base/parallel_tasks.h"
 #include "host/mesh/compressed_lists.h"
 #include "host/model/rest_graph.h"
-#include "host/model/tangent.h"
 #include "kernels/parallel/compute.h"
 
 namespace malha {
@@ -71,6 +70,25 @@ void compute_weights(Parents& parents) {
     std::copy(least + 1, parents.end(), least);
     --parents.count;
   }
+}
+
+// Tangent vectors and parallel transport on a curved surface that is unrolled near a particle. They are exact on planes
+// and cylinders.
+
+/// The direction of `offset` in the plane of `normal` (0: in space), scaled to `length`.
+Vector tangent_vector(const Vector& offset, const Vector& normal, double length) {
+  const Vector flat = offset - normal * dot(offset, normal);
+  const double size = norm(flat), whole = norm(offset);
+  if (size > 1e-6 * whole) return flat * (length / size);
+  return whole > 0 ? offset * (length / whole) : Vector{0, 0, 0};  // parallel to the normal: any direction
+}
+
+/// The vector a after the smallest rotation that takes the normal `from` to `to`.
+Vector parallel_transport(const Vector& a, const Vector& from, const Vector& to) {
+  const double c = 1 + dot(from, to);
+  if (!(c > 1e-6)) return -a;  // half a turn, about any axis
+  const Vector axis = cross(from, to), once = cross(axis, a);
+  return a + once + cross(axis, once) * (1 / c);
 }
 
 class Coarsener {

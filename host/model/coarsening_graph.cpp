@@ -12,7 +12,7 @@
 #include "host/mesh/edge_sides.h"
 #include "host/mesh/topology.h"
 #include "host/model/model.h"
-#include "host/model/tangent.h"
+#include "host/model/rest_graph.h"
 #include "kernels/constraints/constraint_registry.h"
 
 namespace malha {

@@ -3,10 +3,15 @@
 #pragma once
 #include <vector>
 
-#include "host/model/tangent.h"
+#include "kernels/simd/vec.h"
 #include "malha/mesh.h"
 
 namespace malha {
+
+using Vector = Vector3<double>;
+
+/// A Vec3 as Vector.
+inline Vector vector(const Vec3& a) { return {a[0], a[1], a[2]}; }
 
 /// A mean normal shorter than this marks a fold: the surface has no tangent plane there.
 inline constexpr double kFolded = 0.35;

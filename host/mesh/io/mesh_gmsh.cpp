@@ -9,7 +9,7 @@
 #include <string>
 #include <unordered_map>
 
-#include "host/mesh/io/mesh_formats.h"
+#include "host/mesh/io/mesh_io.h"
 #include "host/mesh/io/mesh_scan.h"
 
 namespace malha {

@@ -3,7 +3,7 @@
 // texture coordinates are skipped.
 #include <string>
 
-#include "host/mesh/io/mesh_formats.h"
+#include "host/mesh/io/mesh_io.h"
 #include "host/mesh/io/mesh_scan.h"
 #include "host/mesh/polygons.h"
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "host/mesh/io/mesh_formats.h"
+#include "host/mesh/io/mesh_io.h"
 #include "host/mesh/io/mesh_scan.h"
 #include "host/mesh/polygons.h"
 #include "malha/error.h"
