@@ -122,8 +122,7 @@ TYPED_TEST(PairSearchOf, ATangleFindsAllThatCanComeNear) {
       for (int j = 0; j < 4; ++j) rest[j] = {tangle.x[i[j]][0], tangle.x[i[j]][1], tangle.x[i[j]][2]};
       weigh<kind>(rest, w);
       const bool one_body = tangle.surface.body[i[0]] == tangle.surface.body[i[3]];
-      const double wanted =
-          one_body ? std::min(kPairThickness, 0.5 * norm(closest_offset(rest, w))) : kPairThickness;
+      const double wanted = one_body ? std::min(kPairThickness, 0.5 * norm(closest_offset(rest, w))) : kPairThickness;
       for (int trial = 0; trial < 4; ++trial) {
         for (int j = 0; j < 4; ++j) {
           const double part = trial == 0 ? 0 : trial == 1 ? 1 : random(0, 1);
