@@ -48,7 +48,7 @@ struct DistanceLimit {
   /// (1 + tau) l, m.
   template <class S>
   KERNEL static void rest(const Vector3<S> (&X)[2], S limit, S (&rest)[1]) {
-    Distance::rest(X, S(typename RealOf<S>::type(1)) + limit, rest);
+    Distance::rest(X, S(1) + limit, rest);
   }
 
   template <class S, class Mask>

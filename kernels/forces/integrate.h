@@ -8,7 +8,7 @@ namespace malha {
 /// v + dt g, where `dt` is the substep h, here and in the functions below. Pinned particles (w = 0) stay at rest.
 template <class S>
 KERNEL Vector3<S> apply_gravity(const Vector3<S>& v, S w, const Vector3<S>& g, S dt) {
-  const S zero(typename RealOf<S>::type(0));
+  const S zero(0);
   return v + g * select(w > zero, dt, zero);
 }
 
@@ -21,7 +21,7 @@ KERNEL Vector3<S> predicted(const Vector3<S>& x, const Vector3<S>& v, S dt) {
 /// d = dt v; pinned particles keep their prescribed displacement.
 template <class S>
 KERNEL Vector3<S> predicted_displacement(S w, const Vector3<S>& v, const Vector3<S>& prescribed, S dt) {
-  const auto pinned = w <= S(typename RealOf<S>::type(0));
+  const auto pinned = w <= S(0);
   return {select(pinned, prescribed.x, v.x * dt), select(pinned, prescribed.y, v.y * dt),
           select(pinned, prescribed.z, v.z * dt)};
 }
@@ -36,7 +36,7 @@ KERNEL Vector3<S> velocity_from_positions(const Vector3<S>& v, const Vector3<S>&
 /// 0 if every coordinate is finite, otherwise NaN.
 template <class S>
 KERNEL S zero_if_finite(const Vector3<S>& a) {
-  return (a.x + a.y + a.z) * S(typename RealOf<S>::type(0));
+  return (a.x + a.y + a.z) * S(0);
 }
 
 /// v += dt g; d = dt v. Pinned particles keep their prescribed displacement.

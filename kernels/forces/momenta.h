@@ -288,7 +288,7 @@ struct DampTowardsRigid {
       load(particles.w + i, w);
       const Vector3<S> v = load_points<S>(particles.v, i);
       const Vector3<S> change = (motion.at(load_points<S>(particles.x, i)) - v) * S(k);
-      store_points(particles.v, i, v + or_zero(w > S(R(0)), change));
+      store_points(particles.v, i, v + or_zero(w > S(0), change));
     });
   }
 };

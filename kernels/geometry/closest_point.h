@@ -68,14 +68,13 @@ KERNEL constexpr int first_side(PairKind kind) { return kind == PairKind::Face ?
 
 template <class S>
 KERNEL S clamped(const S& t) {
-  using R = typename RealOf<S>::type;
-  return min(max(t, S(R(0))), S(R(1)));
+  return min(max(t, S(0)), S(1));
 }
 
 /// Parameter of the point closest to p on the segment of direction d from the origin: 0 at its start, 1 at its end.
 template <class S>
 KERNEL S closest_on_segment(const Vector3<S>& d, const Vector3<S>& p) {
-  const S zero(typename RealOf<S>::type(0)), length2 = dot(d, d);
+  const S zero(0), length2 = dot(d, d);
   return select(length2 > zero, clamped(dot(d, p) / length2), zero);
 }
 
@@ -84,7 +83,7 @@ KERNEL S closest_on_segment(const Vector3<S>& d, const Vector3<S>& p) {
 template <PairKind kind, class S>
 KERNEL auto weigh(const Vector3<S> (&x)[4], S (&w)[4]) {
   using R = typename RealOf<S>::type;
-  const S zero(R(0)), one(R(1));
+  const S zero(0), one(1);
   if constexpr (kind == PairKind::Face) {
     constexpr R kFlat = sizeof(R) == 4 ? R(1e-7) : R(1e-16);  // sin^2 of an angle: rounding takes half of the digits
     const Vector3<S> b = x[2] - x[1], c = x[3] - x[1], p = x[0] - x[1], n = cross(b, c);

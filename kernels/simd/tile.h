@@ -73,7 +73,7 @@ struct Tile {
 
   KERNEL static Tile zero() {
     Tile t;
-    for (int p = 0; p < parts; ++p) t.part[p] = S(R(0));
+    for (int p = 0; p < parts; ++p) t.part[p] = S(0);
     return t;
   }
   KERNEL static Tile broadcast(R number) {

@@ -87,7 +87,7 @@ KERNEL Vector3<S> rounding_error(const Vector3<S>& a, const Vector3<S>& b, const
 /// a where the mask is set, and otherwise zero, whatever a is.
 template <class Mask, class S>
 KERNEL Vector3<S> or_zero(const Mask& mask, const Vector3<S>& a) {
-  const S zero(typename RealOf<S>::type(0));
+  const S zero(0);
   return {select(mask, a.x, zero), select(mask, a.y, zero), select(mask, a.z, zero)};
 }
 
@@ -97,9 +97,11 @@ KERNEL Vector3<S> select_vector(const Mask& mask, const Vector3<S>& a, const Vec
   return {select(mask, a.x, b.x), select(mask, a.y, b.y), select(mask, a.z, b.z)};
 }
 
-/// A sum of squared gradients below this counts as zero: dividing by it could leave the range of the type.
-template <class R>
-KERNEL constexpr R tiny() {
+/// A sum of squared gradients below this counts as zero: dividing by it could leave the range of the type. S: a number
+/// or a pack.
+template <class S>
+KERNEL constexpr auto tiny() {
+  using R = typename RealOf<S>::type;
   return sizeof(R) == 4 ? R(1e-30) : R(1e-200);
 }
 
