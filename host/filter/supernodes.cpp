@@ -99,7 +99,7 @@ std::vector<int> postorder(const std::vector<int>& parent) {
     order.push_back(j);
     push_children(j);
   }
-  std::reverse(order.begin(), order.end());
+  std::ranges::reverse(order);
   return order;
 }
 
@@ -174,7 +174,7 @@ void find_rows(const Pattern& pattern, const std::vector<int>& parent, Supernode
     for (int j = first; j < end; ++j) pattern.each(j, add);
     for (int c = child[s]; c >= 0; c = sibling[c])
       std::for_each(all.rows.begin() + all.row_begin[c], all.rows.begin() + all.row_begin[c + 1], add);
-    std::sort(rows.begin(), rows.end());
+    std::ranges::sort(rows);
     all.rows.insert(all.rows.end(), rows.begin(), rows.end());
     all.row_begin.push_back(static_cast<int>(all.rows.size()));
     if (const int up = parent[end - 1]; up >= 0) {

@@ -73,7 +73,7 @@ SpringSet linear_part(const Model& model) {
             all.push_back({{std::min(a, b), std::max(a, b)}, -c[i] * c[j] / stencil.alpha});
         }
   });
-  std::stable_sort(all.begin(), all.end(), [](const Pair& a, const Pair& b) { return a.ends < b.ends; });
+  std::ranges::stable_sort(all, [](const Pair& a, const Pair& b) { return a.ends < b.ends; });
   SpringSet sum{"", {}, {}, {}};
   for (const Pair& pair : all)
     if (!sum.ends.empty() && sum.ends.back() == pair.ends)

@@ -140,8 +140,8 @@ class MomentumCorrector {
   void exclude(const std::vector<int>& particles) {
     std::vector<bool> out;
     for (const FreeIsland& island : islands_)
-      out.push_back(std::any_of(particles.begin(), particles.end(),
-                                [&](int i) { return i >= island.first && i < island.first + island.count; }));
+      out.push_back(
+          std::ranges::any_of(particles, [&](int i) { return i >= island.first && i < island.first + island.count; }));
     bodies_.exclude(out);
   }
 

@@ -108,13 +108,10 @@ class Sleeper {
  private:
   bool disturbed(const Particles<R>& particles, double start, double end) const {
     const double dt = end - start;  // releases count in both adjacent steps, however time is rounded
-    if (std::any_of(releases_.begin(), releases_.end(),
-                    [&](double time) { return time > start - dt && time < end + dt; }))
-      return true;
+    if (std::ranges::any_of(releases_, [&](double time) { return time > start - dt && time < end + dt; })) return true;
     if (movers_.empty()) return false;
     const Bounds box = parallel_reduce<Bounds>(executor_, particles.count, MeasureBounds<R>{particles.x});
-    return std::any_of(movers_.begin(), movers_.end(),
-                       [&](const Mover& mover) { return moves_near(mover, box, start, end); });
+    return std::ranges::any_of(movers_, [&](const Mover& mover) { return moves_near(mover, box, start, end); });
   }
 
   Executor executor_;

@@ -123,9 +123,9 @@ class WindowPropagation {
       if (angle[i] > 2 * std::numbers::pi + kSame || fans_[int(i)].empty()) is_pseudo_source_[i] = true;
     std::vector<Edge> of_faces;
     for (int s = 0; s < sides(); ++s) of_faces.push_back({std::min(first(s), last(s)), std::max(first(s), last(s))});
-    std::sort(of_faces.begin(), of_faces.end());
+    std::ranges::sort(of_faces);
     for (const auto& [a, b] : edges(mesh))
-      if (!std::binary_search(of_faces.begin(), of_faces.end(), Edge{std::min(a, b), std::max(a, b)}))
+      if (!std::ranges::binary_search(of_faces, Edge{std::min(a, b), std::max(a, b)}))
         is_pseudo_source_[a] = is_pseudo_source_[b] = true;
   }
 

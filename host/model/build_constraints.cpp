@@ -354,10 +354,10 @@ class ConstraintBuilder {
                       model_.long_range);
     if (model_.long_range.items() > before) return;
     const auto& pinned = body.boundary.pinned;
-    if (std::find(pinned.begin(), pinned.end(), false) == pinned.end()) return;
-    const bool has_pin = std::find(pinned.begin(), pinned.end(), true) != pinned.end();
-    const bool released = std::any_of(body.boundary.moved.begin(), body.boundary.moved.end(),
-                                      [](const auto& m) { return m.release_time; });
+    if (std::ranges::find(pinned, false) == pinned.end()) return;
+    const bool has_pin = std::ranges::find(pinned, true) != pinned.end();
+    const bool released =
+        std::ranges::any_of(body.boundary.moved, [](const auto& m) { return m.release_time.has_value(); });
     refuse(model_.scene.file, place,
            std::string(has_pin ? "no particle that is connected with a pin" : "no pin") +
                (released ? " but those with a \"release_time\"" : ""),

@@ -64,8 +64,8 @@ void compute_weights(Parents& parents) {
     double sum = 0;
     for (int k = 0; k < n; ++k) sum += parents.of[k].weight = rows[k][n] / rows[k][k];
     for (Parent& p : parents) p.weight /= sum;
-    Parent* least = std::min_element(parents.begin(), parents.end(),
-                                     [](const Parent& a, const Parent& b) { return a.weight < b.weight; });
+    Parent* least =
+        std::ranges::min_element(parents, [](const Parent& a, const Parent& b) { return a.weight < b.weight; });
     if (n == 1 || least->weight >= kMinWeight) return;
     std::copy(least + 1, parents.end(), least);
     --parents.count;
@@ -204,8 +204,7 @@ class Coarsener {
         for (const Parent& p : parents_[i]) nearest2 = std::min(nearest2, dot(p.offset, p.offset));
         outside.push_back({std::round(std::log(nearest2) / kTie), i});
       }
-    std::stable_sort(outside.begin(), outside.end(),
-                     [](const Outside& a, const Outside& b) { return a.nearest < b.nearest; });
+    std::ranges::stable_sort(outside, [](const Outside& a, const Outside& b) { return a.nearest < b.nearest; });
     std::vector<bool> beside(fine_.count(), false), listed(fine_.count(), false);
     std::vector<int> again;
     const auto repeat = [&](int i) {
@@ -239,7 +238,7 @@ class Coarsener {
     double h2 = 0;
     for (const Parent& p : near) h2 = std::max(h2, dot(p.offset, p.offset));
     const auto rounded = [h2](const Parent& p) { return std::llround(1e6 * dot(p.offset, p.offset) / h2); };
-    std::sort(near.begin(), near.end(), [&](const Parent& a, const Parent& b) {
+    std::ranges::sort(near, [&](const Parent& a, const Parent& b) {
       const auto u = rounded(a), v = rounded(b);
       return u != v ? u < v : a.of < b.of;
     });

@@ -181,7 +181,7 @@ class GraphBuilder {
       if (model_.sets[s].type == Membrane::name) add_membrane(static_cast<int>(s));
     }
     find_parts();
-    const auto elastic = [this] { return std::any_of(alpha_.begin(), alpha_.end(), [](double a) { return a > 0; }); };
+    const auto elastic = [this] { return std::ranges::any_of(alpha_, [](double a) { return a > 0; }); };
     if (elastic()) drop_soft_links(), find_parts();
     graph_distance_ = graph_distances(model_.count(), graph_.links, pinned_);
     for (int i = 0; i < model_.count(); ++i) {

@@ -21,8 +21,8 @@ std::int64_t auto_level_threshold(const SolverSpec& solver, bool elastic) {
 int levels_interval(const Model& model) {
   if (model.scene.solver.levels_interval > 0) return model.scene.solver.levels_interval;
   const auto moves = [](const auto& pins) { return !pins.target.motion.empty(); };
-  const bool driven = model.scene.wind || std::any_of(model.moved.begin(), model.moved.end(), moves) ||
-                      std::any_of(model.attached.begin(), model.attached.end(), moves);
+  const bool driven =
+      model.scene.wind || std::ranges::any_of(model.moved, moves) || std::ranges::any_of(model.attached, moves);
   return driven ? 1 : 2;
 }
 
@@ -36,7 +36,7 @@ constexpr double kMaxReduction = 0.8;  // particles of a level over those of the
 
 /// The subgraph of the chosen particles. `which` gets their indices in the whole graph.
 RestGraph subgraph(RestGraph&& whole, const std::vector<bool>& chosen, std::vector<int>& which) {
-  if (std::find(chosen.begin(), chosen.end(), false) == chosen.end()) {
+  if (std::ranges::find(chosen, false) == chosen.end()) {
     which.resize(whole.count());
     std::iota(which.begin(), which.end(), 0);
     return std::move(whole);
@@ -177,7 +177,7 @@ std::vector<Level> make_levels(const Model& model, const std::vector<double>& w,
   CoarseningGraph full = coarsening_graph(model, w);
   std::vector<bool> chosen(model.count());
   for (int i = 0; i < model.count(); ++i) chosen[i] = should_use_levels(full.parts[full.part[i]], model.scene.solver);
-  if (std::find(chosen.begin(), chosen.end(), true) == chosen.end()) return levels;
+  if (std::ranges::find(chosen, true) == chosen.end()) return levels;
   RestGraph whole = rest_graph(model, w);
   whole.links = std::move(full.links), whole.stretch = std::move(full.stretch);
   add_free_diagonals(model, whole);
@@ -205,8 +205,7 @@ std::vector<Level> make_levels(const Model& model, const std::vector<double>& w,
     level.model = build_level_model(model, coarser.graph, order, threads);
     std::vector<int> by_rank(n), rank(n), at(n);
     std::iota(by_rank.begin(), by_rank.end(), 0);
-    std::sort(by_rank.begin(), by_rank.end(),
-              [&](int a, int b) { return slot[coarser.chosen[a]] < slot[coarser.chosen[b]]; });
+    std::ranges::sort(by_rank, [&](int a, int b) { return slot[coarser.chosen[a]] < slot[coarser.chosen[b]]; });
     for (int i = 0; i < n; ++i) rank[by_rank[i]] = i, at[order[i]] = i;
     level.restriction = reindexed(coarser.restriction, by_rank, slot);
     level.prolongation = reindexed(coarser.prolongation, in_graph, rank);

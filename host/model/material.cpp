@@ -323,8 +323,8 @@ WingedTriangles winged_triangles(const Mesh& mesh, const std::vector<bool>& pinn
     fixed[t] = pinned[all[t][0]] && pinned[all[t][1]] && pinned[all[t][2]];
     if (!fixed[t]) area[t] = area_of(mesh, all[t]);
     std::array<int, 6> sorted = of;
-    std::sort(sorted.begin(), sorted.end());
-    if (sorted[0] < 0 || std::adjacent_find(sorted.begin(), sorted.end()) != sorted.end()) continue;
+    std::ranges::sort(sorted);
+    if (sorted[0] < 0 || std::ranges::adjacent_find(sorted) != sorted.end()) continue;
     if (curvature_condition(mesh.points, of) < least) continue;
     whole[t] = true, bends[t] = !fixed[t];
     found.list.push_back(of);

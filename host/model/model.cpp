@@ -37,24 +37,24 @@ void renumber(Model& model, const std::vector<int>& order) {
   };
   reorder(model.user_index), reorder(model.x), reorder(model.v), reorder(model.w), reorder(model.mass);
   const auto remap = [&](int& i) { i = now[i]; };
-  for (ConstraintSet& set : model.sets) std::for_each(set.particles.begin(), set.particles.end(), remap);
-  for (ConstraintSet& set : model.stencils) std::for_each(set.particles.begin(), set.particles.end(), remap);
+  for (ConstraintSet& set : model.sets) std::ranges::for_each(set.particles, remap);
+  for (ConstraintSet& set : model.stencils) std::ranges::for_each(set.particles, remap);
   for (SpringSet& set : model.springs)
-    for (Edge& e : set.ends) std::for_each(e.begin(), e.end(), remap);
+    for (Edge& e : set.ends) std::ranges::for_each(e, remap);
   for (auto& body : model.tetrahedra)
-    for (Tetrahedron& t : body) std::for_each(t.begin(), t.end(), remap);
+    for (Tetrahedron& t : body) std::ranges::for_each(t, remap);
   for (PressureSet& set : model.pressures) {
-    for (Triangle& t : set.triangles) std::for_each(t.begin(), t.end(), remap);
-    std::for_each(set.particles.begin(), set.particles.end(), remap);
-    std::sort(set.particles.begin(), set.particles.end());
+    for (Triangle& t : set.triangles) std::ranges::for_each(t, remap);
+    std::ranges::for_each(set.particles, remap);
+    std::ranges::sort(set.particles);
   }
   for (std::vector<int>* list : {&model.long_range.particle, &model.long_range.anchor, &model.air.particle})
     std::for_each(list->begin(), list->end(), remap);
   for (Quad& face : model.air.faces)
     for (int& corner : face)
       if (corner >= 0) remap(corner);
-  for (MovedPins& pins : model.moved) std::for_each(pins.particles.begin(), pins.particles.end(), remap);
-  for (AttachmentSet& set : model.attached) std::for_each(set.particles.begin(), set.particles.end(), remap);
+  for (MovedPins& pins : model.moved) std::ranges::for_each(pins.particles, remap);
+  for (AttachmentSet& set : model.attached) std::ranges::for_each(set.particles, remap);
 }
 
 /// Throws InputError for an expectation about something that the scene does not have, since it would always be met.
@@ -123,8 +123,8 @@ class Builder {
       errors.throw_all();
     });
     if (!torn_) set_default_thickness();
-    check_expectations(scene, std::any_of(bodies_.begin(), bodies_.end(),
-                                          [](const Body& body) { return !body.mesh.tetrahedra.empty(); }));
+    check_expectations(scene,
+                       std::ranges::any_of(bodies_, [](const Body& body) { return !body.mesh.tetrahedra.empty(); }));
     took.order = seconds([this] { order_particles(); });
     took.build_constraints = seconds([this] { build_constraints(model_, bodies_, solver_of_, torn_ != nullptr); });
     if (corrects_momenta()) find_free_islands();
@@ -310,8 +310,7 @@ std::vector<int> bodies_of(const Model& model) {
 }
 
 bool names_edges(const Scene& scene) {
-  return std::any_of(scene.environment.begin(), scene.environment.end(),
-                     [](const EnvironmentSpec& object) { return object.edges; });
+  return std::ranges::any_of(scene.environment, [](const EnvironmentSpec& object) { return object.edges; });
 }
 
 }  // namespace malha

@@ -42,7 +42,7 @@ class ParticleFinder {
       return squared_distance(a, pin.point) < squared_distance(b, pin.point);
     };
     const auto& points = mesh_.points;
-    return {static_cast<int>(std::min_element(points.begin(), points.end(), nearer) - points.begin())};
+    return {static_cast<int>(std::ranges::min_element(points, nearer) - points.begin())};
   }
   /// The vertices in the numbering of the file.
   std::vector<int> operator()(const ListPin& pin) const { return pin.particles; }
@@ -86,7 +86,7 @@ class BoundaryConditionBuilder {
     std::vector<int> found = std::visit(ParticleFinder(spec_.shape, mesh_), selector);
     if (found.empty()) refuse(scene_.file, here, "no particle there", allowed + " (rows are for grids and chains)");
     if (std::holds_alternative<ListPin>(selector)) map_to_points(found, here);
-    std::sort(found.begin(), found.end());
+    std::ranges::sort(found);
     found.erase(std::unique(found.begin(), found.end()), found.end());
     return found;
   }
@@ -175,7 +175,7 @@ void split_boundary_conditions(int vertex, BoundaryConditions& boundary) {
   boundary.pinned.push_back(boundary.pinned[vertex]);
   const auto extend = [&](auto& sets) {
     for (auto& set : sets)
-      if (std::binary_search(set.particles.begin(), set.particles.end(), vertex)) set.particles.push_back(duplicate);
+      if (std::ranges::binary_search(set.particles, vertex)) set.particles.push_back(duplicate);
   };
   extend(boundary.moved), extend(boundary.attached);
 }
@@ -201,7 +201,7 @@ std::vector<int> static_pins(const Model& model) {
   std::vector<int> list;
   for (int i = 0; i < model.count(); ++i)
     if (!(model.w[i] > 0) && !moved[model.user_index[i]]) list.push_back(model.user_index[i]);
-  std::sort(list.begin(), list.end());
+  std::ranges::sort(list);
   return list;
 }
 

@@ -48,8 +48,7 @@ class Tearer {
       const double strain = norm(minus(x_[e[1]], x_[e[0]])) / norm(minus(rest_.points[e[1]], rest_.points[e[0]])) - 1;
       if (strain > limit) strained.push_back({strain, e});
     }
-    std::stable_sort(strained.begin(), strained.end(),
-                     [](const Strained& a, const Strained& b) { return a.strain > b.strain; });
+    std::ranges::stable_sort(strained, [](const Strained& a, const Strained& b) { return a.strain > b.strain; });
     std::vector<Split> splits;
     for (const Strained& s : strained)
       for (const int end : {0, 1})
@@ -133,7 +132,7 @@ class Cutter {
     // ended inside of it.
     std::vector<bool> crossed_sides(n);
     for (std::size_t i = 0; i < n; ++i) crossed_sides[i] = is_crossed(corners[i], corners[(i + 1) % n]);
-    if (std::count(crossed_sides.begin(), crossed_sides.end(), true) > 1)
+    if (std::ranges::count(crossed_sides, true) > 1)
       for (std::size_t round = 0; round < n; ++round)
         for (std::size_t i = 0; i < n; ++i) {
           const std::size_t next = (i + 1) % n;
@@ -174,8 +173,8 @@ int body_to_cut(const Model& model, const Edge& edge) {
 void apply(const Split& split, Mesh& mesh) {
   const int duplicate = static_cast<int>(mesh.points.size());
   mesh.points.push_back(Vec3(mesh.points[split.vertex]));
-  for (const int f : split.faces) std::replace(mesh.faces[f].begin(), mesh.faces[f].end(), split.vertex, duplicate);
-  for (const int l : split.lines) std::replace(mesh.lines[l].begin(), mesh.lines[l].end(), split.vertex, duplicate);
+  for (const int f : split.faces) std::ranges::replace(mesh.faces[f], split.vertex, duplicate);
+  for (const int l : split.lines) std::ranges::replace(mesh.lines[l], split.vertex, duplicate);
 }
 
 Mesh body_mesh(const RenderMesh& render_mesh, std::size_t body) {
@@ -237,7 +236,7 @@ TearableEdges tearable_edges(const Model& model) {
 }
 
 bool can_tear(const Scene& scene) {
-  return std::any_of(scene.bodies.begin(), scene.bodies.end(), [](const BodySpec& b) { return b.tear.has_value(); });
+  return std::ranges::any_of(scene.bodies, [](const BodySpec& b) { return b.tear.has_value(); });
 }
 
 std::vector<int> ancestors(const Model& before, const Model& after, const std::vector<Split>& splits,
@@ -300,7 +299,7 @@ std::vector<Split> decode_splits(const std::vector<int>& numbers, const Scene& s
       for (std::size_t i = 0; i < list.size(); ++i) {
         const int e = list[i];
         require((i == 0 || e > list[i - 1]) && e >= 0 && e < int(elements.size()) &&
-                    std::find(elements[e].begin(), elements[e].end(), split.vertex) != elements[e].end(),
+                    std::ranges::find(elements[e], split.vertex) != elements[e].end(),
                 what + " " + std::to_string(e), "those of vertex " + std::to_string(split.vertex) + ", ascending");
       }
     };

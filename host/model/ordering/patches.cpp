@@ -144,8 +144,8 @@ struct PatchSorter {
     std::vector<int> sorted(count);
     std::iota(sorted.begin(), sorted.end(), begin);
     const auto& class_of = patches.class_of;
-    if (std::any_of(sorted.begin(), sorted.end(), [&](int i) { return class_of[i] == kNoClass; })) return false;
-    std::stable_sort(sorted.begin(), sorted.end(), [&](int a, int b) { return class_of[a] < class_of[b]; });
+    if (std::ranges::any_of(sorted, [&](int i) { return class_of[i] == kNoClass; })) return false;
+    std::ranges::stable_sort(sorted, [&](int a, int b) { return class_of[a] < class_of[b]; });
     std::vector<std::uint8_t> class_at(count);
     for (int i = 0; i < count; ++i) class_at[i] = class_of[sorted[i]];
     const ClassLayout layout = lay_out_classes(class_at);

@@ -31,7 +31,7 @@ Family family_of(const int* particles, int arity, const std::vector<std::uint8_t
 
 int Runs::contiguous() const {
   return std::accumulate(runs.begin(), runs.end(), 0, [](int sum, const Run& run) {
-    return sum + static_cast<int>(std::count_if(run.slots.begin(), run.slots.end(), [](int c) { return c >= 0; }));
+    return sum + static_cast<int>(std::ranges::count_if(run.slots, [](int c) { return c >= 0; }));
   });
 }
 
@@ -53,7 +53,7 @@ Runs find_runs(const std::vector<int>& particles, int arity, const std::vector<s
   }
   for (auto& family : families) {
     const auto at = [&](int c) { return particles[c * arity]; };
-    std::stable_sort(family.begin(), family.end(), [&](int a, int b) { return at(a) < at(b); });
+    std::ranges::stable_sort(family, [&](int a, int b) { return at(a) < at(b); });
     for (auto begin = family.begin(), end = begin; begin != family.end(); begin = end) {
       // Two equal constraints would have the same slot, so that the second one starts another run.
       for (end = begin + 1; end != family.end() && at(*end) > at(end[-1]) && at(*end) - at(end[-1]) <= kMaxGap;) ++end;
@@ -66,7 +66,7 @@ Runs find_runs(const std::vector<int>& particles, int arity, const std::vector<s
       for (auto c = begin; c != end; ++c) run.slots[at(*c) - at(*begin)] = *c;
     }
   }
-  std::sort(result.loose.begin(), result.loose.end());
+  std::ranges::sort(result.loose);
   return result;
 }
 
