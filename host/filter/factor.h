@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The numeric Cholesky factorisation of a spring system, in double, and the factor for the columns of the dense S and
-// for measuring errors.
+// The numeric Cholesky factorisation of a spring system, in double; and a filter made of it, for the columns of the
+// dense S and for measuring errors.
 #pragma once
 #include <functional>
 
@@ -38,8 +38,8 @@ SpringSystem body_system(const SpringSystem& system, int body);
 /// Four columns of S from `first` on, an entry of each in a Vec4, by unknown of the body; from several threads.
 using TakeColumns = std::function<void(int first, const Vec4<double>* columns)>;
 
-/// `exact`: factor of one body. For a free one the result is S without its mean mode, S - 1 1^T / mass. `progress`:
-/// reports the share of columns that are done.
+/// Computes the columns of the dense S of one body from its factor, four at a time. For a free one the result is S
+/// without its mean mode, S - 1 1^T / mass. `progress`: reports the share of columns that are done.
 void dense_columns(const ExactFactor& exact, const OpenMP& executor, const TakeColumns& take,
                    const ShowProgress& progress);
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Softness of constraints of a material: compliance times rigidity, computed from the mesh at rest, so that a rigidity
-// describes the same cloth on meshes of any resolution.
+// describes the same cloth on meshes of any resolution; and the directional stiffness of such a mesh, relative to the
+// isotropic sheet of that rigidity.
 #pragma once
 #include <array>
 #include <vector>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Boundary conditions of bodies: permanent pins, pins that move or are released, and attachments to points.
+// Boundary conditions of bodies: permanent pins, pins that move or are released, and attachments to points; and changes
+// of the pins between two steps.
 #pragma once
 #include <optional>
 #include <string>

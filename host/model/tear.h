@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tearing (Müller et al. 2006, figure 10): the vertices that split, and the model after the splits.
+// Tearing (Müller et al. 2006, figure 10) and cutting by a knife: the vertices that split, and the model after the
+// splits.
 #pragma once
 #include <vector>
 
