@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "host/base/parallel_tasks.h"
+#include "host/model/ordering/index_map.h"
 #include "kernels/filter/front.h"
 
 namespace malha {
@@ -28,8 +29,7 @@ class Factorisation {
         updates_(all.count()),
         first_child_(all.count(), -1),
         sibling_(all.count(), -1),
-        column_of_(system.count()) {
-    for (int j = 0; j < system.count(); ++j) column_of_[all.order[j]] = j;
+        column_of_(solver_of(all.order)) {
     for (int s = all.count() - 1; s >= 0; --s) {
       total_ += work(s);
       if (const int up = all.parent[s]; up >= 0) sibling_[s] = first_child_[up], first_child_[up] = s;

@@ -11,6 +11,7 @@
 
 #include "host/base/graph_cut.h"
 #include "host/mesh/compressed_lists.h"
+#include "host/model/ordering/index_map.h"
 
 namespace malha {
 
@@ -49,8 +50,7 @@ std::vector<int> elimination_order(const SpringSystem& system) {
 struct Pattern {
   std::vector<int> begin, column;
   Pattern(const SpringSystem& system, const std::vector<int>& order) : begin{0} {
-    std::vector<int> now(order.size());
-    for (std::size_t j = 0; j < order.size(); ++j) now[order[j]] = static_cast<int>(j);
+    const std::vector<int> now = solver_of(order);
     column.reserve(system.column.size());
     for (const int i : order) {
       for (int k = system.begin[i]; k < system.begin[i + 1]; ++k) column.push_back(now[system.column[k]]);

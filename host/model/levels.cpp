@@ -7,6 +7,7 @@
 #include "host/mesh/edge_sides.h"
 #include "host/mesh/topology.h"
 #include "host/model/coarsening_graph.h"
+#include "host/model/ordering/index_map.h"
 #include "host/model/ordering/order.h"
 #include "host/model/tear.h"
 #include "kernels/multilevel/coarse_constraint.h"
@@ -111,11 +112,7 @@ Model build_level_model(const Model& finest, const RestGraph& graph, std::vector
   std::vector<Vec3> positions;
   for (const Vector& x : graph.x) positions.push_back({x.x, x.y, x.z});
   order = solver_order(positions, island, islands, all);
-  std::vector<int> slot(n);
-  const auto number = [&] {
-    for (int i = 0; i < n; ++i) slot[order[i]] = i;
-  };
-  number();
+  const std::vector<int> slot = solver_of(order);
   Model level;
   level.scene.file = finest.scene.file;
   level.scene.solver = finest.scene.solver;
@@ -134,9 +131,8 @@ Model build_level_model(const Model& finest, const RestGraph& graph, std::vector
   for (const Edge& e : all) edges.push_back({slot[e[0]], slot[e[1]]});
   for (const int i : order) islands_in_order.push_back(island[i]);
   Cut cut = cut_into_patches(level.sets, edges, islands_in_order, threads, finest.patches.bounds);
-  std::vector<int> cut_order, now(n);
-  for (int i = 0; i < n; ++i) cut_order.push_back(order[cut.order[i]]), now[cut.order[i]] = i;
-  order = std::move(cut_order);
+  const std::vector<int> now = solver_of(cut.order);
+  order = in_solver_order(order, cut.order);
   for (ConstraintSet& set : level.sets)
     for (int& i : set.particles) i = now[i];
   level.patches = std::move(cut.patches);
@@ -203,10 +199,10 @@ std::vector<Level> make_levels(const Model& model, const std::vector<double>& w,
     Level level;
     std::vector<int> order;
     level.model = build_level_model(model, coarser.graph, order, threads);
-    std::vector<int> by_rank(n), rank(n), at(n);
+    std::vector<int> by_rank(n);
     std::iota(by_rank.begin(), by_rank.end(), 0);
     std::ranges::sort(by_rank, [&](int a, int b) { return slot[coarser.chosen[a]] < slot[coarser.chosen[b]]; });
-    for (int i = 0; i < n; ++i) rank[by_rank[i]] = i, at[order[i]] = i;
+    const std::vector<int> rank = solver_of(by_rank), at = solver_of(order);
     level.restriction = reindexed(coarser.restriction, by_rank, slot);
     level.prolongation = reindexed(coarser.prolongation, in_graph, rank);
     for (const int i : by_rank) level.particle.push_back(at[i]);

@@ -28,13 +28,8 @@ namespace {
 /// Reorders the particles (particle order[i] becomes i) and updates all indices of particles, except in the patches and
 /// the lists of components, whose ranges of particles must stay the same.
 void renumber(Model& model, const std::vector<int>& order) {
-  std::vector<int> now(order.size());
-  for (std::size_t i = 0; i < now.size(); ++i) now[order[i]] = static_cast<int>(i);
-  const auto reorder = [&](auto& values) {
-    auto sorted = values;
-    for (std::size_t i = 0; i < now.size(); ++i) sorted[i] = values[order[i]];
-    values = std::move(sorted);
-  };
+  const std::vector<int> now = solver_of(order);
+  const auto reorder = [&](auto& values) { values = in_solver_order(values, order); };
   reorder(model.user_index), reorder(model.x), reorder(model.v), reorder(model.w), reorder(model.mass);
   const auto remap = [&](int& i) { i = now[i]; };
   for (ConstraintSet& set : model.sets) std::ranges::for_each(set.particles, remap);
