@@ -129,12 +129,33 @@ KERNEL S gap_along_normal(const S (&at)[4]) {
     return min(at[0], at[1]) - max(at[2], at[3]);
 }
 
-/// Computes the weights of the closest points of one pair. `first`: number of particles of the first primitive.
+/// Weights (their sum is 1, none is negative) of the corners 0, b and c at the point of the triangle closest to p.
+KERNEL Vector3<double> closest_on_triangle(const Vector3<double>& b, const Vector3<double>& c,
+                                           const Vector3<double>& p) {
+  constexpr double kFlat = 1e-16;  // as in weigh()
+  const Vector3<double> n = cross(b, c);
+  const double n2 = dot(n, n);
+  if (n2 > kFlat * dot(b, b) * dot(c, c)) {
+    const double wb = dot(cross(p, c), n) / n2, wc = dot(cross(b, p), n) / n2, wa = 1 - wb - wc;
+    if (wa >= 0 && wb >= 0 && wc >= 0) return {wa, wb, wc};
+  }
+  const double ab = closest_on_segment(b, p), ac = closest_on_segment(c, p), bc = closest_on_segment(c - b, p - b);
+  const Vector3<double> on_ab = p - b * ab, on_ac = p - c * ac, on_bc = p - b - (c - b) * bc;
+  const double d_ab = dot(on_ab, on_ab), d_ac = dot(on_ac, on_ac), d_bc = dot(on_bc, on_bc);
+  if (d_ab <= d_ac && d_ab <= d_bc) return {1 - ab, ab, 0};
+  if (d_ac <= d_bc) return {1 - ac, 0, ac};
+  return {0, 1 - bc, bc};
+}
+
+/// Computes the weights of the closest points of one pair in double, as weigh() does for packs, but for a triangle with
+/// a rounding less. `first`: number of particles of the first primitive.
 KERNEL void closest_weights(int first, const Vector3<double> (&x)[4], double (&w)[4]) {
-  if (first == first_side(PairKind::Face))
-    weigh<PairKind::Face>(x, w);
-  else
+  if (first == first_side(PairKind::Edges)) {
     weigh<PairKind::Edges>(x, w);
+  } else {
+    const Vector3<double> of = closest_on_triangle(x[2] - x[1], x[3] - x[1], x[0] - x[1]);
+    w[0] = 1, w[1] = -of.x, w[2] = -of.y, w[3] = -of.z;
+  }
 }
 
 }  // namespace malha
