@@ -43,7 +43,7 @@ in_order() {
   done
 }
 
-must kernels '"kernels/.*"|<(math|stddef|stdint|float|omp|sched)\.h>|<(type_traits|limits)>' \
+must kernels '"kernels/.*"|<(math|stddef|stdint|float|omp|sched)\.h>|<(type_traits|limits|utility)>' \
   'a kernel includes kernels/, <math.h> and its like: nothing that allocates, throws, or is unknown to a GPU'
 in_order kernels 'parallel simd geometry measure projection constraints attachments forces filter multilevel self_collision environment patch' '<.*>'
 must host '"(kernels|host|malha)/.*"|<.*>' \

@@ -13,7 +13,7 @@ cat >"$scratch/kind.cpp" <<'CPP'
 #include "kernels/projection/constraint_kind.h"
 using namespace malha;
 struct Spring {
-  NAME ELEMENT PARTICLES INEQUALITY STRAIN PARAMETER STRENGTH MODULUS FILTERED DEGENERATE NUMBERS REST EVALUATE
+  NAME ELEMENT PARTICLES INEQUALITY PARAMETER STRENGTH MODULUS FILTERED NUMBERS REST EVALUATE
 };
 template <ConstraintKind K> struct Registered {};
 Registered<Spring> registered;
@@ -24,12 +24,10 @@ declare -A part=(
   [ELEMENT]='static constexpr Element element = Element::Edges;'
   [PARTICLES]='static constexpr int particles = 2;'
   [INEQUALITY]='static constexpr bool inequality = false;'
-  [STRAIN]='static constexpr bool has_strain = false;'
   [PARAMETER]='static constexpr Parameter parameter{"rest_scale", 1, 0, true};'
   [STRENGTH]='static constexpr Strength strength{true, nullptr, nullptr};'
   [MODULUS]=''
   [FILTERED]='static constexpr Filtered filtered = Filtered::Spring;'
-  [DEGENERATE]='static constexpr Degenerate degenerate = Degenerate::Skipped;'
   [NUMBERS]='static constexpr int rest_values = 1;'
   [REST]='template <class S> static void rest(const Vector3<S> (&)[2], S, S (&)[1]);'
   [EVALUATE]='template <class S, class M> static S evaluate(const Vector3<S> (&)[2], const S*, const M&, Vector3<S> (&)[2], S&);'
@@ -58,14 +56,12 @@ refused NAME '' HasName
 refused ELEMENT '' HasElement
 refused ELEMENT 'static constexpr Element element = Element::Triangles;' HasElement
 refused INEQUALITY '' DeclaresInequality
-refused STRAIN '' DeclaresStrain
 refused PARAMETER '' HasParameter
 refused STRENGTH '' HasStrength
 refused STRENGTH 'static constexpr Strength strength{false, "young_modulus", "Pa"};' ConvertsModulus
 refused FILTERED '' DeclaresFiltered
 refused FILTERED 'static constexpr Filtered filtered = Filtered::Stencil;' HasStencilIfFiltered
 refused INEQUALITY 'static constexpr bool inequality = true;' DeclaresFiltered
-refused DEGENERATE '' DeclaresDegenerate
 refused NUMBERS '' HasRestValues
 refused REST '' HasRestValues
 refused EVALUATE '' HasEvaluate

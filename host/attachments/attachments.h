@@ -35,7 +35,7 @@ class Attachments {
 
   /// Returns true if an attachment is released at the start of the substep at `start` (s).
   bool release(double start) const {
-    return std::any_of(sets_.begin(), sets_.end(), [&](const Set& set) {
+    return std::ranges::any_of(sets_, [&](const Set& set) {
       return is_over(set.release_time, start, substep_) && !is_over(set.release_time, start - substep_, substep_);
     });
   }

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "host/base/array.h"
-#include "host/model/long_range.h"
+#include "host/model/model.h"
 #include "kernels/attachments/long_range.h"
 
 namespace malha {

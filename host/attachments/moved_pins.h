@@ -96,14 +96,14 @@ class KinematicPins {
     for (const Set& set : sets_) {
       const std::vector<int> list = set.list.download();
       if (set.released || set.target.moves())
-        if (std::find(list.begin(), list.end(), particle) != list.end()) return true;
+        if (std::ranges::find(list, particle) != list.end()) return true;
     }
     return false;
   }
 
   /// Number of sets that were released.
   int released() const {
-    return static_cast<int>(std::count_if(sets_.begin(), sets_.end(), [](const Set& set) { return set.released; }));
+    return static_cast<int>(std::ranges::count_if(sets_, [](const Set& set) { return set.released; }));
   }
 
   std::size_t bytes() const {

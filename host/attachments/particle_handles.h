@@ -54,7 +54,7 @@ class ParticleHandles {
       require(std::abs(number) <= 1e18, "a place at " + shown(number), "numbers up to 1e18");
     const double alpha = spec.compliance;
     require(spec.is_held() || (alpha >= 1e-12 && alpha <= 1e12), "compliance " + shown(alpha), "1e-12 to 1e12 m/N");
-    const auto found = std::find(model.user_index.begin(), model.user_index.end(), spec.particle);
+    const auto found = std::ranges::find(model.user_index, spec.particle);
     const int i = static_cast<int>(found - model.user_index.begin());
     R inverse_mass{};
     Memory<Executor>::copy_out(w + i, 1, &inverse_mass);
@@ -150,7 +150,7 @@ class ParticleHandles {
     return spec.is_held() ? 0 : squared_distance(x, spec.to) / (2 * spec.compliance);
   }
   auto find(int i) const {
-    return std::find_if(handles_.begin(), handles_.end(), [i](const Handle& handle) { return handle.particle == i; });
+    return std::ranges::find_if(handles_, [i](const Handle& handle) { return handle.particle == i; });
   }
   static Pose shifted(const Vec3& to) {
     Pose pose;

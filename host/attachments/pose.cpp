@@ -27,7 +27,7 @@ Eigen::Quaterniond turn_between(const Keyframe& a, const Keyframe& b, double s) 
 Pose pose_at(const std::vector<Keyframe>& motion, double time) {
   Pose pose;
   if (motion.empty()) return pose;
-  const auto next = std::find_if(motion.begin(), motion.end(), [time](const Keyframe& key) { return key.time > time; });
+  const auto next = std::ranges::find_if(motion, [time](const Keyframe& key) { return key.time > time; });
   const Keyframe& b = next == motion.end() ? motion.back() : *next;
   const Keyframe& a = next == motion.begin() ? b : *(next - 1);
   const double s = b.time > a.time ? (time - a.time) / (b.time - a.time) : 0;

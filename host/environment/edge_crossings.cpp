@@ -11,7 +11,6 @@
 #include "host/model/ordering/index_map.h"
 #include "host/model/self_surface.h"
 #include "host/model/tear.h"
-#include "host/model/validate_outputs.h"
 #include "malha/error.h"
 
 namespace malha {
@@ -39,9 +38,10 @@ std::int64_t count_through(const Surfaces& one, const Surfaces& other, Edge& fir
   const BoxTree tree(std::move(boxes));
   std::int64_t count = 0;
   for (const Edge& edge : one.edges) {
-    if (!overlap(bounds_of(one.x, edge), all)) continue;
+    const BoundingBox box = bounds_of(one.x, edge);
+    if (!overlap(box, all)) continue;
     const Vec3 &p = one.x[edge[0]], &q = one.x[edge[1]];
-    tree.for_each_on_segment(p, q, [&](int f) {
+    tree.for_each_overlap(box, [&](int f) {
       const auto& [a, b, c] = other.faces[f];
       if (!crosses(p, q, other.x[a], other.x[b], other.x[c])) return;
       if (count++ == 0 && first[0] < 0) first = edge;

@@ -37,7 +37,7 @@ SelfCrossings self_crossings(const Mesh& mesh) {
   SelfCrossings found;
   for (const auto& [p, q] : sides) {
     const int before = found.count;
-    tree.for_each_on_segment(x[p], x[q], [&, p = p, q = q](int f) {
+    tree.for_each_overlap(bounds_of(x, Edge{p, q}), [&, p = p, q = q](int f) {
       const auto& [a, b, c] = faces[f];
       if (p == a || p == b || p == c || q == a || q == b || q == c) return;
       found.count += crosses(x[p], x[q], x[a], x[b], x[c]);

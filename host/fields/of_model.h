@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "host/model/model.h"
-#include "host/model/tangent.h"
+#include "host/model/rest_graph.h"
 #include "malha/mesh.h"
 
 namespace malha {

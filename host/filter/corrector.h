@@ -23,10 +23,7 @@ class FilterCorrector {
       parallel_reduce_into(executor_, count, SumTorque<R>{body, net}, &net->spin);
       parallel_for(executor_, 1, ComputeAngularAcceleration{net, how == Corrector::Paper});
     }
-    if (how == Corrector::Paper)
-      parallel_for(executor_, count, RemoveAsPublished<R>{body, net});
-    else
-      parallel_for(executor_, count, RemoveRigid<R>{body, net});
+    parallel_for(executor_, count, RemoveRigid<R>{body, net, how == Corrector::Paper});
   }
 
  private:

@@ -3,12 +3,32 @@
 #pragma once
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <type_traits>
+#include <vector>
 
 #include "host/base/array.h"
-#include "host/filter/dense_plan.h"
+#include "host/filter/system.h"
+#include "kernels/filter/dense_filter.h"
 
 namespace malha {
+
+/// Memory layout of a dense filter: the lists of DenseView. Bodies one after the other, each padded to whole blocks of
+/// rows.
+struct DensePlan {
+  std::vector<DenseChunk> chunks;  // body by body
+  std::vector<DenseRow> rows;
+  std::vector<int> particle;
+  std::vector<std::int64_t> at;  // of each body's numbers of S
+  std::vector<int> first_row;    // of each body
+  std::int64_t values = 0;       // numbers of S
+  int sums = 0;                  // blocks of sums of all chunks
+};
+
+DensePlan plan_dense(const SpringSystem& system);
+
+/// Number of entries of S that plan_dense() would lay out.
+std::int64_t dense_values(const SpringSystem& system);
 
 /// V: storage type of S; T: type of the computation.
 template <class Executor, class V, class T>

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <memory>
 
-#include "host/filter/exact_factor.h"
+#include "host/filter/factor.h"
 
 namespace malha {
 

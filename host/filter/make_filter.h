@@ -11,11 +11,10 @@
 
 #include "host/base/memory_size.h"
 #include "host/base/stopwatch.h"
-#include "host/filter/dense_columns.h"
 #include "host/filter/dense_filter.h"
+#include "host/filter/factor.h"
 #include "host/filter/filter.h"
 #include "host/filter/filter_errors.h"
-#include "host/filter/singular.h"
 #include "host/filter/sparse_filter.h"
 #include "malha/error.h"
 #include "malha/text.h"

@@ -2,14 +2,30 @@
 // The filter as a sparse factor in the executor's memory (kernels/filter/sparse_filter.h).
 #pragma once
 #include <algorithm>
+#include <cstdint>
 #include <vector>
 
 #include "host/base/array.h"
 #include "host/base/launch_graph.h"
-#include "host/filter/factor.h"
-#include "host/filter/sparse_plan.h"
+#include "host/filter/supernodes.h"
+#include "kernels/filter/sparse_filter.h"
 
 namespace malha {
+
+/// Memory layout of a sparse filter, the lists of SparseView: panels, segments of the work vector, and contributions
+/// between them.
+struct SparsePlan {
+  std::vector<Panel> panels;  // task by task, each in the order of elimination; the top's at the end
+  std::vector<int> panel_of;  // of each supernode
+  std::vector<int> rows;
+  std::vector<FilterTask> tasks;
+  std::vector<int> above, sum, from;
+  std::vector<int> particle;  // of the work vector's places; -1: a contribution
+  std::int64_t values = 0;    // numbers of all panels
+  int most_rows = 0;          // of a panel, whole blocks
+};
+
+SparsePlan plan_sparse(const SpringSystem& system, const Supernodes& all, const Subtrees& cut);
 
 /// T: type of storage and computation.
 template <class Executor, class T>

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "host/base/array.h"
+#include "host/filter/system.h"
 #include "host/model/stencils.h"
 #include "kernels/filter/springs.h"
 #include "kernels/simd/rows.h"
@@ -122,14 +123,14 @@ class SpringForces {
         const int first = rows;
         for (int c = 0; c < set.count(); ++c) {
           const StencilOf<Kind> one = stencil_of<Kind>(set, c, model.x);
-          if (std::all_of(one.own.begin(), one.own.end(), [](double a) { return a == 0; })) continue;
+          if (std::ranges::all_of(one.own, [](double a) { return a == 0; })) continue;
           for (int j = 0; j < one.n; ++j) particle.push_back(one.particles[j] * kIndexScale<R>);
           for (int k = 0; k < Stencil::vectors; ++k)
             for (int j = 0; j < one.n; ++j) {
               weight.push_back(R(one.weights[k][j]));
               if (model.w[one.particles[j]] > 0) pulls.push_back({one.particles[j], rows + k, one.weights[k][j]});
             }
-          own.insert(own.end(), one.own.begin(), one.own.end());
+          own.insert(own.end(), std::begin(one.own), std::end(one.own));
           stiffness.push_back(R(1 / one.alpha));
           rows += Stencil::vectors;
         }
@@ -143,7 +144,7 @@ class SpringForces {
     const std::vector<int> begin = begin_of_packs(slots);
     std::vector<int> row(kSpringPack * std::size_t(begin.back()), 0);
     std::vector<R> weight(row.size(), R(0));
-    std::fill(slots.begin(), slots.end(), 0);
+    std::ranges::fill(slots, 0);
     for (const Pull& pull : pulls) {
       const int pack = pull.particle / kSpringPack;
       const int at = kSpringPack * (begin[pack] + slots[pull.particle]++) + pull.particle % kSpringPack;
@@ -163,7 +164,7 @@ class SpringForces {
           for (const int e : {0, 1})
             if (model.w[set.ends[s][e]] > 0) visit(set, s, set.ends[s][e], set.ends[s][1 - e]);
       };
-      std::for_each(model.springs.begin(), model.springs.end(), visit_set);
+      std::ranges::for_each(model.springs, visit_set);
       visit_set(linear);
     };
     each_end([&](const SpringSet&, std::size_t, int i, int) { ++springs[i]; });
@@ -174,7 +175,7 @@ class SpringForces {
     for (int pack = 0; pack < packs_; ++pack)
       for (int slot = begin[pack]; slot < begin[pack + 1]; ++slot)
         for (int i = 0; i < kSpringPack; ++i) other[kSpringPack * slot + i] = (kSpringPack * pack + i) * kIndexScale<R>;
-    std::fill(springs.begin(), springs.end(), 0);
+    std::ranges::fill(springs, 0);
     each_end([&](const SpringSet& set, std::size_t s, int i, int j) {
       const int at = kSpringPack * (begin[i / kSpringPack] + springs[i]++) + i % kSpringPack;
       other[at] = j * kIndexScale<R>, stiffness[at] = R(set.stiffness[s]), rest[at] = R(set.rest[s]);

@@ -1,21 +1,56 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/filter/supernodes.h"
 
-#include <algorithm>
-#include <numeric>
+#include <metis.h>
 
-#include "host/filter/order_elimination.h"
+#include <algorithm>
+#include <cstdint>
+#include <mutex>
+#include <numeric>
+#include <stdexcept>
+
+#include "host/base/graph_cut.h"
+#include "host/mesh/compressed_lists.h"
+#include "host/model/ordering/index_map.h"
 
 namespace malha {
 
 namespace {
 
+static_assert(sizeof(idx_t) == sizeof(int), "METIS as Debian builds it: 32-bit indices");
+
+/// The unknown that is eliminated first, second, ...: nested dissection within each block, the same every time. METIS
+/// seeds the C library's rand().
+std::vector<int> elimination_order(const SpringSystem& system) {
+  constexpr int least = 64;  // smaller systems are solved as fast by one dense supernode
+  std::vector<int> order(system.count());
+  std::iota(order.begin(), order.end(), 0);
+  std::vector<idx_t> begin, column, inverse;
+  for (const SystemBlock& block : system.blocks) {
+    if (block.count < least) continue;
+    const int first = system.begin[block.first];
+    begin.clear(), column.clear();
+    for (int i = block.first; i <= block.first + block.count; ++i) begin.push_back(system.begin[i] - first);
+    for (int k = 0; k < begin.back(); ++k) column.push_back(system.column[first + k] - block.first);
+    inverse.resize(block.count);
+    idx_t options[METIS_NOPTIONS];
+    METIS_SetDefaultOptions(options);
+    options[METIS_OPTION_SEED] = 1;  // METIS then finds the same order in every run
+    idx_t count = block.count;
+    idx_t* perm = &order[block.first];
+    const std::lock_guard<std::mutex> lock(metis_turn());
+    if (METIS_NodeND(&count, begin.data(), column.data(), nullptr, options, perm, inverse.data()) != METIS_OK)
+      throw std::runtime_error("METIS could not order a system of " + std::to_string(count) + " particles");
+    for (int i = 0; i < block.count; ++i) perm[i] += block.first;
+  }
+  return order;
+}
+
 /// The other entries of the system, its rows and columns in another order.
 struct Pattern {
   std::vector<int> begin, column;
   Pattern(const SpringSystem& system, const std::vector<int>& order) : begin{0} {
-    std::vector<int> now(order.size());
-    for (std::size_t j = 0; j < order.size(); ++j) now[order[j]] = static_cast<int>(j);
+    const std::vector<int> now = solver_of(order);
     column.reserve(system.column.size());
     for (const int i : order) {
       for (int k = system.begin[i]; k < system.begin[i + 1]; ++k) column.push_back(now[system.column[k]]);
@@ -48,56 +83,36 @@ std::vector<int> elimination_tree(const Pattern& pattern) {
 /// columns adjoin the parent's.
 std::vector<int> postorder(const std::vector<int>& parent) {
   const int n = static_cast<int>(parent.size());
-  std::vector<int> size(n, 1), begin(n + 2, 0), child(n), order, stack;
+  std::vector<int> size(n, 1), order, stack;
   for (int j = 0; j < n; ++j)
     if (parent[j] >= 0) size[parent[j]] += size[j];
-  for (int j = 0; j < n; ++j) ++begin[parent[j] + 2];  // roots are the children of -1
-  std::partial_sum(begin.begin(), begin.end(), begin.begin());
-  std::vector<int> next(begin.begin(), begin.end() - 1);
-  for (int j = 0; j < n; ++j) child[next[parent[j] + 1]++] = j;
-  for (int j = -1; j < n; ++j)
-    std::stable_sort(child.begin() + begin[j + 1], child.begin() + begin[j + 2],
-                     [&](int a, int b) { return size[a] < size[b]; });
+  CompressedLists<int> children(n + 1, [&](const auto& add) {  // list n has the roots
+    for (int j = 0; j < n; ++j) add(parent[j] < 0 ? n : parent[j], j);
+  });
+  for (int j = 0; j <= n; ++j) std::ranges::stable_sort(children[j], [&](int a, int b) { return size[a] < size[b]; });
   // The order is a preorder with the largest child first, reversed.
-  for (int k = begin[0]; k < begin[1]; ++k) stack.push_back(child[k]);
+  const auto push_children = [&](int j) { stack.insert(stack.end(), children[j].begin(), children[j].end()); };
+  push_children(n);
   while (!stack.empty()) {
     const int j = stack.back();
     stack.pop_back();
     order.push_back(j);
-    for (int k = begin[j + 1]; k < begin[j + 2]; ++k) stack.push_back(child[k]);
+    push_children(j);
   }
-  std::reverse(order.begin(), order.end());
+  std::ranges::reverse(order);
   return order;
 }
 
-/// Counts the numbers of each column of the factor, with the diagonal (Gilbert, Ng, Peyton 1994). Columns are in
-/// postorder.
+/// Counts the numbers of each column of the factor, with the diagonal. Row i of the factor has the columns on the paths
+/// from those of the matrix up to i in the elimination tree.
 std::vector<int> column_counts(const Pattern& pattern, const std::vector<int>& parent) {
-  const int n = pattern.count();
-  std::vector<int> count(n), first(n, -1), ancestor(n), latest(n, -1), leaf(n, -1);
-  for (int k = 0; k < n; ++k) {
-    count[k] = first[k] < 0 ? 1 : 0;
-    for (int j = k; j >= 0 && first[j] < 0; j = parent[j]) first[j] = k;
-  }
-  std::iota(ancestor.begin(), ancestor.end(), 0);
-  for (int j = 0; j < n; ++j) {
-    if (parent[j] >= 0) --count[parent[j]];
-    pattern.each(j, [&](int i) {
-      if (i <= j || first[j] <= latest[i]) return;  // j is no leaf of row i's subtree
-      latest[i] = first[j];
-      const int before = leaf[i];
-      leaf[i] = j;
-      ++count[j];
-      if (before < 0) return;
-      int top = before;
-      while (top != ancestor[top]) top = ancestor[top];
-      for (int k = before, up; k != top; k = up) up = ancestor[k], ancestor[k] = top;
-      --count[top];
+  std::vector<int> count(pattern.count(), 1), row(pattern.count(), -1);
+  for (int i = 0; i < pattern.count(); ++i) {
+    row[i] = i;
+    pattern.each(i, [&](int j) {
+      for (; j < i && row[j] != i; j = parent[j]) row[j] = i, ++count[j];
     });
-    if (parent[j] >= 0) ancestor[j] = parent[j];
   }
-  for (int j = 0; j < n; ++j)
-    if (parent[j] >= 0) count[parent[j]] += count[j];
   return count;
 }
 
@@ -159,7 +174,7 @@ void find_rows(const Pattern& pattern, const std::vector<int>& parent, Supernode
     for (int j = first; j < end; ++j) pattern.each(j, add);
     for (int c = child[s]; c >= 0; c = sibling[c])
       std::for_each(all.rows.begin() + all.row_begin[c], all.rows.begin() + all.row_begin[c + 1], add);
-    std::sort(rows.begin(), rows.end());
+    std::ranges::sort(rows);
     all.rows.insert(all.rows.end(), rows.begin(), rows.end());
     all.row_begin.push_back(static_cast<int>(all.rows.size()));
     if (const int up = parent[end - 1]; up >= 0) {
@@ -186,6 +201,41 @@ Supernodes supernodes(const SpringSystem& system) {
   all.column_begin = amalgamate(fundamental(parent, count), parent, count);
   find_rows(pattern, parent, all);
   return all;
+}
+
+Subtrees subtrees(const Supernodes& all) {
+  // A task has at least so many numbers of the factor, which take some microseconds. Each supernode takes as long as
+  // `overhead` more numbers.
+  constexpr std::int64_t most_tasks = 32, least = 8192, overhead = 100;
+  const int count = all.count();
+  std::vector<std::int64_t> cost(count);
+  std::int64_t total = 0;
+  for (int s = 0; s < count; ++s) total += cost[s] = std::int64_t(all.columns(s)) * all.height(s) + overhead;
+  for (int s = 0; s < count; ++s)
+    if (all.parent[s] >= 0) cost[all.parent[s]] += cost[s];
+
+  Subtrees cut;
+  const std::int64_t size = std::max(least, total / most_tasks), piece = total <= least ? total : size / 2;
+  std::vector<bool> inside(count, false);  // marks the supernodes that belong to a piece
+  for (int s = count - 1; s >= 0; --s) {
+    const int up = all.parent[s];
+    inside[s] = cost[s] <= piece || (up >= 0 && inside[up]);
+  }
+  std::int64_t filled = size;  // so that the first piece begins a task
+  for (int s = 0, next; s < count; s = next) {
+    next = s + 1;
+    if (!inside[s]) {
+      cut.top.push_back(s);
+      continue;
+    }
+    int root = s;
+    while (all.parent[root] >= 0 && inside[all.parent[root]]) root = all.parent[root];
+    next = root + 1;  // in postorder a piece is a consecutive run that begins with s
+    if (filled + cost[root] > size) cut.tasks.emplace_back(), filled = 0;
+    filled += cost[root];
+    for (int k = s; k < next; ++k) cut.tasks.back().push_back(k);
+  }
+  return cut;
 }
 
 }  // namespace malha

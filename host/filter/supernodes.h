@@ -23,9 +23,17 @@ struct Supernodes {
   std::int64_t entries() const;
 };
 
-/// Nested dissection by METIS, then Liu's elimination tree, the column counts of Gilbert, Ng and Peyton (1994), and
-/// small supernodes amalgamated with their parents, as in CHOLMOD (Chen, Davis, Hager, Rajamanickam 2008), at the price
-/// of some zeros.
+/// Nested dissection by METIS, then Liu's elimination tree, and small supernodes amalgamated with their parents, as in
+/// CHOLMOD (Chen, Davis, Hager, Rajamanickam 2008), at the price of some zeros.
 Supernodes supernodes(const SpringSystem& system);
+
+/// Partition of the tree of supernodes into independent subtrees, the tasks, and the top above them.
+struct Subtrees {
+  std::vector<std::vector<int>> tasks;  // supernodes of each, ascending: whole subtrees
+  std::vector<int> top;                 // the others, ascending: ancestors of these
+};
+
+/// The partition depends on the tree alone. Tasks have about equal work, and are no more than pay for their overhead.
+Subtrees subtrees(const Supernodes& all);
 
 }  // namespace malha

@@ -2,9 +2,14 @@
 #include "host/filter/system.h"
 
 #include <algorithm>
-#include <numeric>
+#include <string>
 
+#include "host/base/median.h"
+#include "host/mesh/compressed_lists.h"
 #include "host/mesh/topology.h"
+#include "host/model/stencils.h"
+#include "malha/error.h"
+#include "malha/text.h"
 
 namespace malha {
 
@@ -51,31 +56,33 @@ class Unknowns {
   std::vector<int> of_;  // unknown of each particle; -1 if it is pinned or has no springs
 };
 
-/// Sorts the entries of each row by column and adds those of the same column.
-void merge_rows(SpringSystem& system) {
-  std::vector<std::pair<int, double>> row;
-  int at = 0, from = 0;
-  for (int i = 0; i < system.count(); ++i) {
-    const int to = system.begin[i + 1];
-    row.clear();
-    for (int k = from; k < to; ++k) row.emplace_back(system.column[k], system.value[k]);
-    std::stable_sort(row.begin(), row.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
-    system.begin[i] = at;
-    for (std::size_t k = 0; k < row.size(); ++k) {
-      if (k > 0 && row[k].first == row[k - 1].first) {
-        system.value[at - 1] += row[k].second;
-      } else {
-        system.column[at] = row[k].first, system.value[at] = row[k].second;
-        ++at;
-      }
-    }
-    from = to;
-  }
-  system.begin.back() = at;
-  system.column.resize(at), system.value.resize(at);
-}
-
 }  // namespace
+
+SpringSet linear_part(const Model& model) {
+  struct Pair {
+    Edge ends;
+    double stiffness;
+  };
+  std::vector<Pair> all;
+  for_each_stencil(model, [&](const auto& stencil) {
+    for (const auto& c : stencil.weights)
+      for (int i = 0; i < stencil.n; ++i)
+        for (int j = 0; j < i; ++j) {
+          const int a = stencil.particles[i], b = stencil.particles[j];
+          if (a != b && c[i] * c[j] != 0)
+            all.push_back({{std::min(a, b), std::max(a, b)}, -c[i] * c[j] / stencil.alpha});
+        }
+  });
+  std::ranges::stable_sort(all, [](const Pair& a, const Pair& b) { return a.ends < b.ends; });
+  SpringSet sum{"", {}, {}, {}};
+  for (const Pair& pair : all)
+    if (!sum.ends.empty() && sum.ends.back() == pair.ends)
+      sum.stiffness.back() += pair.stiffness;
+    else
+      sum.ends.push_back(pair.ends), sum.stiffness.push_back(pair.stiffness);
+  sum.rest.assign(sum.ends.size(), 0);
+  return sum;
+}
 
 SpringSystem spring_system(const Model& model, double dt) {
   const SpringSet linear = linear_part(model);
@@ -88,7 +95,6 @@ SpringSystem spring_system(const Model& model, double dt) {
   const int n = system.count();
   for (const int i : system.particle) system.mass.push_back(1 / model.w[i]);
   system.diagonal = system.mass;
-  system.begin.assign(n + 1, 0);
   const auto each_spring = [&](const auto& visit) {
     for (const SpringSet* set : springs)
       for (std::size_t s = 0; s < set->ends.size(); ++s)
@@ -97,17 +103,29 @@ SpringSystem spring_system(const Model& model, double dt) {
   each_spring([&](int a, int b, double k) {
     if (a >= 0) system.diagonal[a] += k;
     if (b >= 0) system.diagonal[b] += k;
-    if (a >= 0 && b >= 0) ++system.begin[a + 1], ++system.begin[b + 1];
   });
-  std::partial_sum(system.begin.begin(), system.begin.end(), system.begin.begin());
-  system.column.resize(system.begin.back()), system.value.resize(system.begin.back());
-  std::vector<int> next(system.begin.begin(), system.begin.end() - 1);
-  each_spring([&](int a, int b, double k) {
-    if (a < 0 || b < 0) return;
-    system.column[next[a]] = b, system.value[next[a]++] = -k;
-    system.column[next[b]] = a, system.value[next[b]++] = -k;
+  struct Entry {
+    int column;
+    double value;
+  };
+  CompressedLists<Entry> rows(n, [&](const auto& add) {
+    each_spring([&](int a, int b, double k) {
+      if (a >= 0 && b >= 0) add(a, {b, -k}), add(b, {a, -k});
+    });
   });
-  merge_rows(system);
+  system.begin = {0};
+  for (int i = 0; i < n; ++i) {
+    std::ranges::stable_sort(rows[i], {}, &Entry::column);
+    for (const Entry& entry : rows[i]) {
+      const bool again =
+          static_cast<int>(system.column.size()) > system.begin[i] && system.column.back() == entry.column;
+      if (again)
+        system.value.back() += entry.value;
+      else
+        system.column.push_back(entry.column), system.value.push_back(entry.value);
+    }
+    system.begin.push_back(static_cast<int>(system.column.size()));
+  }
   return system;
 }
 
@@ -120,6 +138,60 @@ std::vector<double> multiply(const SpringSystem& system, const std::vector<doubl
       y[3 * i + r] = sum;
     }
   return y;
+}
+
+namespace {
+
+/// The stiffest constraint: its largest stiffness at a corner (N/m), and the ratio to the median.
+struct Stiffest {
+  double stiffness = 0, times = 0;
+  std::string type;
+  std::vector<int> particles;
+};
+
+Stiffest stiffest_of(const Model& model) {
+  Stiffest found;
+  std::vector<double> all;
+  const auto take = [&](double stiffness, const std::string& type, const int* particles, int n) {
+    all.push_back(stiffness);
+    if (stiffness > found.stiffness) found = {stiffness, 0, type, {particles, particles + n}};
+  };
+  for (const SpringSet& set : model.springs)
+    for (std::size_t s = 0; s < set.ends.size(); ++s) take(set.stiffness[s], set.type, set.ends[s].data(), 2);
+  for (const ConstraintSet& set : model.stencils)
+    with_stencil(set, [&]<class Kind, class Stencil>(Kind, Stencil) {
+      for (int c = 0; c < set.count(); ++c) {
+        const StencilOf<Kind> one = stencil_of<Kind>(set, c, model.x);
+        double most = 0;
+        for (const auto& weights : one.weights)
+          for (const double weight : weights) most = std::max(most, weight * weight / one.alpha);
+        take(most, set.type, one.particles, Kind::particles);
+      }
+    });
+  found.times = all.empty() ? 0 : found.stiffness / median(std::move(all));
+  return found;
+}
+
+/// Ratio to the median from which a stiffness is named: double has 16 digits, and 10 are left to the other constraints.
+constexpr double kStandsOut = 1e6;
+
+}  // namespace
+
+void refuse_singular(const Model& model, int particle) {
+  const Stiffest one = stiffest_of(model);
+  std::string found = "a system that is singular to working precision at " +
+                      particle_name(model, model.user_index[particle]),
+              allowed = "a stiffness times dt^2 that is less than 1e14 times the particles' masses";
+  if (one.times > kStandsOut) {
+    const std::string body = model.scene.bodies[body_of(model, model.user_index[one.particles[0]])].name;
+    std::string vertices;
+    for (const int i : one.particles)
+      vertices += (vertices.empty() ? "" : "-") + std::to_string(number_in_body(model, model.user_index[i]));
+    found += ", where '" + one.type + "' at vertices " + vertices + " of body '" + body + "' is " +
+             shown(one.times, 2) + " times as stiff as most constraints";
+    allowed += ", and triangles there that are less flat, or a \"stiffness\" or \"rigidity\" in place of a compliance";
+  }
+  refuse(model.scene.file, "/solver/dt", found, allowed);
 }
 
 }  // namespace malha

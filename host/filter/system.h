@@ -28,10 +28,20 @@ struct SpringSystem {
   int count() const { return static_cast<int>(particle.size()); }
 };
 
+/// The linear part of all stencils of a model, as springs of rest length 0 between all pairs of a stencil's particles,
+/// with one spring for each pair: x^T c c^T x / alpha = sum over pairs of -c_i c_j / alpha |x_i - x_j|^2, because the
+/// sum of c is 0. Single springs may have a negative stiffness; their sum is positive semidefinite.
+SpringSet linear_part(const Model& model);
+
 /// `dt`: s, of a substep.
 SpringSystem spring_system(const Model& model, double dt);
 
 /// y = A x for three right-hand sides.
 std::vector<double> multiply(const SpringSystem& system, const std::vector<double>& x);
+
+/// Throws InputError at a particle (the solver's order) whose pivot is only rounding errors. If one constraint is so
+/// much stiffer than the others that it costs them their digits, as those of flat triangles, the message names it;
+/// otherwise the step is too long for all of them.
+[[noreturn]] void refuse_singular(const Model& model, int particle);
 
 }  // namespace malha

@@ -3,7 +3,7 @@
 #pragma once
 #include "host/base/array.h"
 #include "host/base/point_array.h"
-#include "host/model/air_faces.h"
+#include "host/model/model.h"
 #include "kernels/forces/air.h"
 #include "malha/scene.h"
 

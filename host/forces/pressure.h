@@ -7,6 +7,7 @@
 
 #include "host/base/array.h"
 #include "host/base/point_array.h"
+#include "host/mesh/compressed_lists.h"
 #include "host/mesh/vectors.h"
 #include "host/model/model.h"
 #include "host/projection/stiffness.h"
@@ -88,7 +89,7 @@ class Pressure {
   int items() const { return static_cast<int>(particle_.size()); }
   template <class At>
   Fans<R, At> fans(const At& p) const {
-    return {p, begin_.data(), around_.data(), origin_};
+    return {p, begin_.data(), around_.data()->data(), origin_};
   }
   void find_push(const Displaced<R>& p, const R* w, const Points<R>& way) {
     PressureState* const state = state_.data();
@@ -104,23 +105,18 @@ class Pressure {
 
   /// For every particle the pairs (j, k) of its triangles (i, j, k), so that gradients are gathered, not scattered.
   void lay_out_fans(int particles, const PressureSet& set) {
-    std::vector<int> item(particles, -1), begin(set.particles.size() + 1, 0);
+    std::vector<int> item(particles, -1);
     for (std::size_t i = 0; i < set.particles.size(); ++i) item[set.particles[i]] = static_cast<int>(i);
-    for (const Triangle& t : set.triangles)
-      for (int corner : t) ++begin[item[corner] + 1];
-    for (std::size_t i = 1; i < begin.size(); ++i) begin[i] += begin[i - 1];
-    std::vector<int> around(2 * begin.back()), next(begin.begin(), begin.end() - 1);
-    for (const Triangle& t : set.triangles)
-      for (int k = 0; k < 3; ++k) {
-        const int at = next[item[t[k]]]++;
-        around[2 * at] = t[(k + 1) % 3], around[2 * at + 1] = t[(k + 2) % 3];
-        corners_on_host_.push_back(t[k]);
-      }
+    const CompressedLists<Edge> around(set.particles.size(), [&](const auto& add) {
+      for (const Triangle& t : set.triangles)
+        for (int k = 0; k < 3; ++k) add(item[t[k]], {t[(k + 1) % 3], t[(k + 2) % 3]});
+    });
+    for (const Triangle& t : set.triangles) corners_on_host_.insert(corners_on_host_.end(), t.begin(), t.end());
     origin_ = set.particles[0];
     triangles_ = static_cast<int>(set.triangles.size());
     particle_ = Array<Executor, int>(set.particles);
-    begin_ = Array<Executor, int>(begin);
-    around_ = Array<Executor, int>(around);
+    begin_ = Array<Executor, int>(around.begin);
+    around_ = Array<Executor, Edge>(around.list);
     corners_ = Array<Executor, int>(corners_on_host_);
     grad_ = PointArray<Executor, R>(std::vector<Vec3>(set.particles.size()));
     state_ = Array<Executor, PressureState>(1, PressureState{});
@@ -139,7 +135,8 @@ class Pressure {
   }
 
   Executor executor_;
-  Array<Executor, int> particle_, begin_, around_, corners_, members_;
+  Array<Executor, int> particle_, begin_, corners_, members_;
+  Array<Executor, Edge> around_;
   Array<Executor, R> most_;
   PointArray<Executor, R> grad_;
   Array<Executor, PressureState> state_;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "host/attachments/pose.h"
+#include "host/mesh/bounding_box.h"
 #include "host/model/model.h"
 #include "kernels/forces/sleep.h"
 
@@ -20,22 +21,18 @@ struct Mover {
   double radius, reach;    // of the sphere; range of its contacts beyond the surface (m)
 };
 
-/// Tells whether moving pins or attachments move between two times (s); they act wherever they are.
-inline Mover everywhere(const std::vector<Keyframe>& motion) { return {motion, {0, 0, 0}, INFINITY, 0}; }
-
 inline std::vector<Mover> movers_of(const Model& model) {
   std::vector<Mover> movers;
   for (const EnvironmentMesh& object : model.environment) {
     if (object.spec.motion.empty()) continue;
-    Bounds box;
-    for (const Vec3& p : object.mesh.points) box += Bounds{{p[0], p[1], p[2]}, {p[0], p[1], p[2]}};
-    const Vector3<double> low{box.lower[0], box.lower[1], box.lower[2]}, high{box.upper[0], box.upper[1], box.upper[2]};
-    const Vector3<double> across = high - low;
-    movers.push_back(
-        {object.spec.motion, (low + high) * 0.5, sqrt(dot(across, across)) / 2, 2 * object.spec.thickness});
+    const auto [low, high] = bounds_of(object.mesh.points);
+    const Vector3<double> a{low[0], low[1], low[2]}, b{high[0], high[1], high[2]};
+    movers.push_back({object.spec.motion, (a + b) * 0.5, norm(b - a) / 2, 2 * object.spec.thickness});
   }
-  for (const MovedPins& pins : model.moved) movers.push_back(everywhere(pins.target.motion));
-  for (const AttachmentSet& set : model.attached) movers.push_back(everywhere(set.target.motion));
+  const auto add_everywhere = [&](const auto& sets) {  // pins and attachments act wherever the box is
+    for (const auto& set : sets) movers.push_back({set.target.motion, {0, 0, 0}, INFINITY, 0});
+  };
+  add_everywhere(model.moved), add_everywhere(model.attached);
   std::erase_if(movers, [](const Mover& mover) { return mover.motion.empty(); });
   return movers;
 }
@@ -43,10 +40,11 @@ inline std::vector<Mover> movers_of(const Model& model) {
 /// Times at which pins or attachments are released (s).
 inline std::vector<double> releases_of(const Model& model) {
   std::vector<double> releases;
-  for (const MovedPins& pins : model.moved)
-    if (pins.release_time) releases.push_back(*pins.release_time);
-  for (const AttachmentSet& set : model.attached)
-    if (set.release_time) releases.push_back(*set.release_time);
+  const auto add = [&](const auto& sets) {
+    for (const auto& set : sets)
+      if (set.release_time) releases.push_back(*set.release_time);
+  };
+  add(model.moved), add(model.attached);
   return releases;
 }
 
@@ -110,13 +108,10 @@ class Sleeper {
  private:
   bool disturbed(const Particles<R>& particles, double start, double end) const {
     const double dt = end - start;  // releases count in both adjacent steps, however time is rounded
-    if (std::any_of(releases_.begin(), releases_.end(),
-                    [&](double time) { return time > start - dt && time < end + dt; }))
-      return true;
+    if (std::ranges::any_of(releases_, [&](double time) { return time > start - dt && time < end + dt; })) return true;
     if (movers_.empty()) return false;
     const Bounds box = parallel_reduce<Bounds>(executor_, particles.count, MeasureBounds<R>{particles.x});
-    return std::any_of(movers_.begin(), movers_.end(),
-                       [&](const Mover& mover) { return moves_near(mover, box, start, end); });
+    return std::ranges::any_of(movers_, [&](const Mover& mover) { return moves_near(mover, box, start, end); });
   }
 
   Executor executor_;

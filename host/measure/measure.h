@@ -8,7 +8,6 @@
 #include "host/measure/strain.h"
 #include "host/model/model.h"
 #include "kernels/constraints/constraint_registry.h"
-#include "kernels/filter/spring_energy.h"
 #include "kernels/measure/energies.h"
 #include "kernels/projection/rest.h"
 #include "malha/measures.h"
@@ -52,7 +51,7 @@ void measure_set(const Executor& executor, const Model& model, const ConstraintS
           *set.compliance;
     else if (set.compliance.value_or(0) > 0)
       m.elastic += r.softened / (2 * *set.compliance);
-    if (Kind::has_strain) lengths += r;
+    if (set.type == Distance::name) lengths += r;
   });
 }
 

@@ -25,14 +25,12 @@ BoundingBox bounds_of(const std::vector<Vec3>& x, const Which& which) {
   for (const int i : which) extend(box, x[i]);
   return box;
 }
-/// The bounding box of the points x[begin] .. x[end - 1], of which there must be one.
-inline BoundingBox bounds_of_part(const std::vector<Vec3>& x, int begin, int end) {
-  BoundingBox box{x[begin], x[begin]};
-  for (int i = begin; i < end; ++i) extend(box, x[i]);
+/// The bounding box of all points, of which there must be one.
+inline BoundingBox bounds_of(const std::vector<Vec3>& x) {
+  BoundingBox box{x[0], x[0]};
+  for (const Vec3& point : x) extend(box, point);
   return box;
 }
-/// The bounding box of all points, of which there must be one.
-inline BoundingBox bounds_of(const std::vector<Vec3>& x) { return bounds_of_part(x, 0, static_cast<int>(x.size())); }
 
 /// The axis along which the box is longest; the first of several.
 inline int longest_side(const BoundingBox& box) {

@@ -9,7 +9,7 @@
 #include "host/mesh/first_equal.h"
 #include "host/mesh/polygons.h"
 #include "host/mesh/vectors.h"
-#include "host/mesh/vertices.h"
+#include "host/mesh/weld.h"
 #include "malha/error.h"
 #include "malha/text.h"
 
@@ -87,9 +87,7 @@ class AreaFilter {
     return folds(face) && !folds({b, c, d, a});
   }
 
-  Vec3 normal_of(int a, int b, int c) const {
-    return cross(minus(points_[b], points_[a]), minus(points_[c], points_[a]));
-  }
+  Vec3 normal_of(int a, int b, int c) const { return normal(points_[a], points_[b], points_[c]); }
   bool has_area(int a, int b, int c) const { return area(points_[a], points_[b], points_[c]) > limit_; }
 
   const std::vector<Vec3>& points_;
@@ -111,15 +109,7 @@ Quad remaining_in_file(const Quad& left, const Quad& face, const Quad& in_file) 
 
 void check_repeated_faces(const Mesh& mesh, const std::vector<Quad>& faces, const std::vector<int>& numbers,
                           const std::string& file) {
-  std::vector<Quad> sorted = faces;
-  for (Quad& face : sorted) std::ranges::sort(face);
-  const auto hash = [&](int i) {
-    std::uint64_t bits = 0;
-    for (const int corner : sorted[i]) bits = mix(bits, static_cast<std::uint64_t>(corner));
-    return bits;
-  };
-  const auto equal = [&](int i, int j) { return sorted[i] == sorted[j]; };
-  const std::vector<int> first = first_equal(static_cast<int>(faces.size()), hash, equal);
+  const std::vector<int> first = first_of_same_corners(faces);
   for (std::size_t i = 0; i < faces.size(); ++i) {
     if (first[i] == static_cast<int>(i)) continue;
     std::string corners;
@@ -133,21 +123,12 @@ void check_repeated_faces(const Mesh& mesh, const std::vector<Quad>& faces, cons
 
 void check_loose_points(const Mesh& mesh, const std::vector<Quad>& kept, const std::string& file) {
   std::vector<bool> used(mesh.points.size(), false);
-  const auto use = [&](const auto& items) {
-    for (const auto& item : items) {
-      for (const int point : item) {
-        if (point >= 0) used[point] = true;
-      }
-    }
-  };
-  use(kept);
-  use(mesh.lines);
-  use(mesh.tetrahedra);
+  mark_corners(kept, used), mark_corners(mesh.lines, used), mark_corners(mesh.tetrahedra, used);
   const auto loose = std::ranges::find(used, false);
   if (loose == used.end()) return;
   const auto all = std::ranges::count(used, false);
   std::string found = "a vertex of no face, line or tetrahedron (vertices like it: " + std::to_string(all) + ")";
-  use(mesh.faces);
+  mark_corners(mesh.faces, used);
   if (used[static_cast<std::size_t>(loose - used.begin())]) found = "a vertex whose faces all have zero area";
   refuse(file, number_of("vertex", vertex(mesh, static_cast<std::size_t>(loose - used.begin()))), found,
          "vertices of faces with an area, or of lines");
@@ -155,7 +136,7 @@ void check_loose_points(const Mesh& mesh, const std::vector<Quad>& kept, const s
 
 }  // namespace
 
-MeshIssues check_mesh(Mesh& mesh, const std::string& file, bool loose_points_allowed) {
+int check_mesh(Mesh& mesh, const std::string& file, bool loose_points_allowed) {
   check_coordinates(mesh, file);
   check_duplicated_points(mesh, file);
   for (std::size_t i = 0; i < mesh.lines.size(); ++i) {
@@ -164,14 +145,14 @@ MeshIssues check_mesh(Mesh& mesh, const std::string& file, bool loose_points_all
            "two vertices");
   }
   const AreaFilter filter(mesh.points);
-  MeshIssues issues;
+  int zero_area_faces = 0;
   std::vector<Quad> kept, kept_in_file;
   std::vector<int> numbers;  // of the kept faces, in the mesh as given
   kept.reserve(mesh.faces.size());
   numbers.reserve(mesh.faces.size());
   for (std::size_t i = 0; i < mesh.faces.size(); ++i) {
     const std::optional<Quad> left = filter(mesh.faces[i]);
-    if (!left || is_triangle(*left) != is_triangle(mesh.faces[i])) ++issues.zero_area_faces;
+    if (!left || is_triangle(*left) != is_triangle(mesh.faces[i])) ++zero_area_faces;
     if (!left) continue;
     if (!is_triangle(*left) && filter.folds(*left)) {
       const auto [a, b, c, d] = *left;
@@ -190,7 +171,7 @@ MeshIssues check_mesh(Mesh& mesh, const std::string& file, bool loose_points_all
   check_repeated_faces(mesh, kept, numbers, file);
   if (!loose_points_allowed) check_loose_points(mesh, kept, file);
   mesh.faces = std::move(kept), mesh.vertices.faces = std::move(kept_in_file);
-  return issues;
+  return zero_area_faces;
 }
 
 }  // namespace malha

@@ -7,11 +7,8 @@
 
 namespace malha {
 
-struct MeshIssues {
-  int zero_area_faces = 0;  // removed, or reduced to the half with an area
-};
-
-/// Removes faces without area and refuses invalid meshes.
+/// Removes faces without area and refuses invalid meshes. Returns the number of faces that were removed, or reduced to
+/// the half with an area.
 ///
 /// It removes and counts triangles whose area is at most 1e-12 of the square of the bounding box's diagonal, and quads
 /// whose two halves, (0, 1, 2) and (0, 2, 3), are such triangles or whose opposite corners are the same vertex. A quad
@@ -23,6 +20,6 @@ struct MeshIssues {
 /// of the same vertices, a line from a vertex to itself, a quad two of whose sides cross, and, unless loose points are
 /// allowed, a vertex that no face, line or tetrahedron uses. Messages number faces and lines from 0 in the mesh as
 /// given, and vertices as the file does. Throws InputError; then the mesh is unchanged.
-MeshIssues check_mesh(Mesh& mesh, const std::string& file, bool loose_points_allowed);
+int check_mesh(Mesh& mesh, const std::string& file, bool loose_points_allowed);
 
 }  // namespace malha

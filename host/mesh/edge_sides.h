@@ -2,8 +2,10 @@
 // Sides of faces, sorted so that the sides of each edge are adjacent.
 #pragma once
 #include <algorithm>
+#include <utility>
 #include <vector>
 
+#include "host/mesh/compressed_lists.h"
 #include "malha/mesh.h"
 
 namespace malha {
@@ -19,28 +21,22 @@ struct Side {
 inline bool same_edge(const Side& a, const Side& b) { return a.low == b.low && a.high == b.high; }
 
 /// All sides, sorted by (low, high, number), so that the sides of an edge are adjacent. `visit(add)` must call
-/// add(from, to) for every side in order; it is called twice. A side from a point to itself is numbered but left out. A
-/// counting sort by the lower point is followed by a sort of each point's few sides, which takes linear time for
-/// meshes, and n log n where one point has most of the sides.
+/// add(from, to) for every side in order; it is called twice. A side from a point to itself is numbered but left out.
+/// It takes linear time for meshes, and n log n where one point has most of the sides.
 template <class Visit>
 std::vector<Side> sorted_sides(std::size_t points, Visit visit) {
-  std::vector<int> start(points + 1, 0);
-  visit([&](int from, int to) {
-    if (from != to) ++start[std::min(from, to) + 1];
+  CompressedLists<Side> by_low(points, [&](const auto& add) {
+    int number = 0;
+    visit([&](int from, int to) {
+      if (from != to) add(std::min(from, to), Side{std::min(from, to), std::max(from, to), number, from < to});
+      ++number;
+    });
   });
-  for (std::size_t i = 0; i < points; ++i) start[i + 1] += start[i];
-  std::vector<Side> sides(start[points]);
-  std::vector<int> next(start.begin(), start.end() - 1);
-  int number = 0;
-  visit([&](int from, int to) {
-    if (from != to) sides[next[std::min(from, to)]++] = {std::min(from, to), std::max(from, to), number, from < to};
-    ++number;
-  });
-  for (std::size_t i = 0; i < points; ++i) {
-    std::sort(sides.begin() + start[i], sides.begin() + start[i + 1],
-              [](const Side& a, const Side& b) { return a.high != b.high ? a.high < b.high : a.number < b.number; });
-  }
-  return sides;
+  for (std::size_t i = 0; i < points; ++i)
+    std::ranges::sort(by_low[static_cast<int>(i)], [](const Side& a, const Side& b) {
+      return a.high != b.high ? a.high < b.high : a.number < b.number;
+    });
+  return std::move(by_low.list);
 }
 
 /// Calls group(first, last) for the sides of each edge.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Search for equal items of a list by hashing.
 #pragma once
+#include <algorithm>
 #include <bit>
 #include <cstdint>
 #include <vector>
@@ -43,6 +44,19 @@ inline std::vector<int> first_at_same_position(const std::vector<Vec3>& points) 
   };
   const auto equal = [&](int i, int j) { return points[i] == points[j]; };
   return first_equal(static_cast<int>(points.size()), hash, equal);
+}
+
+/// For each face or side of one the first with the same corners, in any order.
+template <class Corners>
+std::vector<int> first_of_same_corners(std::vector<Corners> items) {
+  for (Corners& corners : items) std::ranges::sort(corners);
+  const auto hash = [&](int i) {
+    std::uint64_t bits = 0;
+    for (const int corner : items[i]) bits = mix(bits, static_cast<std::uint64_t>(corner));
+    return bits;
+  };
+  const auto equal = [&](int i, int j) { return items[i] == items[j]; };
+  return first_equal(static_cast<int>(items.size()), hash, equal);
 }
 
 }  // namespace malha

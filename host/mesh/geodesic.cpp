@@ -7,6 +7,7 @@
 #include <numbers>
 #include <queue>
 
+#include "host/mesh/compressed_lists.h"
 #include "host/mesh/topology.h"
 #include "host/mesh/vectors.h"
 
@@ -16,27 +17,6 @@ namespace {
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 constexpr double kSame = 1e-9;  // relative tolerance: far above rounding, far below relevant differences
-
-/// Lists of items for each point, stored one after the other.
-template <class Item>
-class PointLists {
- public:
-  /// visit(add) must call add(point, item) for all items; it is called twice.
-  template <class Visit>
-  PointLists(std::size_t points, const Visit& visit) : begin_(points + 1, 0) {
-    visit([&](int point, const Item&) { ++begin_[point + 1]; });
-    for (std::size_t i = 0; i < points; ++i) begin_[i + 1] += begin_[i];
-    items_.resize(begin_[points]);
-    std::vector<int> next(begin_.begin(), begin_.end() - 1);
-    visit([&](int point, const Item& item) { items_[next[point]++] = item; });
-  }
-  const Item* begin(int point) const { return items_.data() + begin_[point]; }
-  const Item* end(int point) const { return items_.data() + begin_[point + 1]; }
-
- private:
-  std::vector<int> begin_;
-  std::vector<Item> items_;
-};
 
 /// A part of a side through which straight paths from one pseudo-source enter the side's triangle. In the unfolded
 /// plane of the triangle the side runs along x from its first corner; the triangle lies above it, the pseudo-source
@@ -120,8 +100,8 @@ class WindowPropagation {
   template <class F>
   void for_each_twin(int side, const F& f) const {
     const int low = std::min(first(side), last(side)), high = std::max(first(side), last(side));
-    for (const int* s = sides_.begin(low); s != sides_.end(low); ++s)
-      if (*s / 3 != side / 3 && std::max(first(*s), last(*s)) == high) f(*s);
+    for (const int s : sides_[low])
+      if (s / 3 != side / 3 && std::max(first(s), last(s)) == high) f(s);
   }
 
   /// Finds the points at which shortest paths may turn: on the boundary, on lines, at non-manifold edges, and where the
@@ -140,13 +120,12 @@ class WindowPropagation {
         is_pseudo_source_[first(s)] = is_pseudo_source_[last(s)] = is_pseudo_source_[opposite(s)] = true;
     }
     for (std::size_t i = 0; i < X_.size(); ++i)
-      if (angle[i] > 2 * std::numbers::pi + kSame || fans_.begin(int(i)) == fans_.end(int(i)))
-        is_pseudo_source_[i] = true;
+      if (angle[i] > 2 * std::numbers::pi + kSame || fans_[int(i)].empty()) is_pseudo_source_[i] = true;
     std::vector<Edge> of_faces;
     for (int s = 0; s < sides(); ++s) of_faces.push_back({std::min(first(s), last(s)), std::max(first(s), last(s))});
-    std::sort(of_faces.begin(), of_faces.end());
+    std::ranges::sort(of_faces);
     for (const auto& [a, b] : edges(mesh))
-      if (!std::binary_search(of_faces.begin(), of_faces.end(), Edge{std::min(a, b), std::max(a, b)}))
+      if (!std::ranges::binary_search(of_faces, Edge{std::min(a, b), std::max(a, b)}))
         is_pseudo_source_[a] = is_pseudo_source_[b] = true;
   }
 
@@ -162,12 +141,11 @@ class WindowPropagation {
   void propagate_from(int i) {
     const double d = found_.distance[i];
     const int source = found_.source[i];
-    for (const int* j = neighbours_.begin(i); j != neighbours_.end(i); ++j)
-      relax(*j, d + distance(X_[i], X_[*j]), source);
+    for (const int j : neighbours_[i]) relax(j, d + distance(X_[i], X_[j]), source);
     if (!is_pseudo_source_[i]) return;
-    for (const int* s = fans_.begin(i); s != fans_.end(i); ++s) {
-      const UnfoldedTriangle& triangle = unfolded_[*s];
-      cross_side({*s, source, 0, triangle.length, triangle.x, triangle.y, d});
+    for (const int s : fans_[i]) {
+      const UnfoldedTriangle& triangle = unfolded_[s];
+      cross_side({s, source, 0, triangle.length, triangle.x, triangle.y, d});
     }
   }
 
@@ -281,9 +259,9 @@ class WindowPropagation {
 
   const std::vector<Vec3>& X_;
   std::vector<Triangle> triangles_;
-  PointLists<int> neighbours_;  // neighbours of a point along edges and diagonals
-  PointLists<int> sides_;       // sides by the lower of their ends
-  PointLists<int> fans_;        // sides opposite to a point
+  CompressedLists<int> neighbours_;  // neighbours of a point along edges and diagonals
+  CompressedLists<int> sides_;       // sides by the lower of their ends
+  CompressedLists<int> fans_;        // sides opposite to a point
   std::vector<bool> is_pseudo_source_;
   std::vector<UnfoldedTriangle> unfolded_;  // of each side
   Geodesics found_;

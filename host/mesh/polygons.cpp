@@ -25,8 +25,6 @@ double orientation(const Point& a, const Point& b, const Point& c) {
 /// The squared distance of two points.
 double squared(const Point& a, const Point& b) { return (b[0] - a[0]) * (b[0] - a[0]) + (b[1] - a[1]) * (b[1] - a[1]); }
 
-Vec3 normal(const Vec3& a, const Vec3& b, const Vec3& c) { return cross(minus(b, a), minus(c, a)); }
-
 /// A face in the coordinates of its best-fit plane.
 struct FlatFace {
   std::vector<Point> points;  // its corners

@@ -7,7 +7,7 @@
 
 #include "host/mesh/first_equal.h"
 #include "host/mesh/vectors.h"
-#include "host/mesh/vertices.h"
+#include "host/mesh/weld.h"
 #include "malha/error.h"
 #include "malha/text.h"
 
@@ -57,19 +57,11 @@ void complete_tetrahedra(Mesh& mesh, const std::string& file) {
   if (mesh.tetrahedra.empty()) return;
   for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t) orient(mesh, mesh.tetrahedra[t], t, file);
 
-  std::vector<Triangle> sides, sorted;
+  std::vector<Triangle> sides;
   sides.reserve(4 * mesh.tetrahedra.size());
   for (const Tetrahedron& t : mesh.tetrahedra)
     for (const auto& [a, b, c] : kOpposite) sides.push_back({t[a], t[b], t[c]});
-  sorted = sides;
-  for (Triangle& side : sorted) std::ranges::sort(side);
-  const auto hash = [&](int i) {
-    std::uint64_t bits = 0;
-    for (const int corner : sorted[i]) bits = mix(bits, static_cast<std::uint64_t>(corner));
-    return bits;
-  };
-  const std::vector<int> first =
-      first_equal(static_cast<int>(sides.size()), hash, [&](int i, int j) { return sorted[i] == sorted[j]; });
+  const std::vector<int> first = first_of_same_corners(sides);
   // True if the corners are an even permutation: then both tetrahedra lie on the same side of the triangle.
   const auto have_same_orientation = [](const Triangle& a, const Triangle& b) {
     const auto at = std::ranges::find(b, a[0]) - b.begin();

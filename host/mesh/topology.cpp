@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/mesh/topology.h"
 
+#include <algorithm>
+
 #include "host/base/disjoint_sets.h"
 #include "host/mesh/edge_sides.h"
-#include "host/mesh/vertices.h"
+#include "host/mesh/tetrahedra.h"
+#include "host/mesh/vectors.h"
+#include "host/mesh/weld.h"
 #include "malha/error.h"
 #include "malha/text.h"
 
@@ -15,19 +19,12 @@ std::vector<Edge> edges(const Mesh& mesh) {
     for (const auto& [from, to] : mesh.lines) add(from, to);
     for (const auto& [a, b, c, d] : mesh.tetrahedra) add(a, b), add(a, c), add(a, d), add(b, c), add(b, d), add(c, d);
   };
-  std::size_t most = 0, unique = 0;
-  visit([&](int, int) { ++most; });
-  std::vector<bool> is_first(most, false);
-  for_each_edge(sorted_sides(mesh.points.size(), visit), [&](auto first, auto) {
-    is_first[first->number] = true;
-    ++unique;
-  });
+  std::vector<Side> unique;
+  for_each_edge(sorted_sides(mesh.points.size(), visit), [&](auto first, auto) { unique.push_back(*first); });
+  std::ranges::sort(unique, {}, &Side::number);
   std::vector<Edge> found;
-  found.reserve(unique);
-  std::size_t number = 0;
-  visit([&](int from, int to) {
-    if (is_first[number++]) found.push_back({std::min(from, to), std::max(from, to)});
-  });
+  found.reserve(unique.size());
+  for (const Side& side : unique) found.push_back({side.low, side.high});
   return found;
 }
 
@@ -91,35 +88,83 @@ void require_closed(const Mesh& mesh, const std::string& file, const std::string
   const auto two_faces = why + ": every edge with exactly two faces, consistently oriented";
   if (mesh.faces.empty()) refuse(file, "", "a mesh without faces", two_faces);
   const auto sides = sorted_sides(mesh.points.size(), [&](auto add) { for_each_face_side(mesh.faces, add); });
-  const Side *open = nullptr, *non_manifold = nullptr,
-             *against = nullptr;  // first edge of each kind in the order of the faces
-  int open_edges = 0, crowded_edges = 0, against_edges = 0;
-  const auto note = [](const Side*& kept, int& count, const Side& side) {
-    if (kept == nullptr || side.number < kept->number) kept = &side;
-    ++count;
+  struct Fault {
+    std::string what;
+    const Side* first = nullptr;  // in the order of the faces
+    int edges = 0;
   };
+  Fault faults[] = {{"an open edge, with one face only"},
+                    {"an edge with more than two faces"},
+                    {"an edge whose two faces have opposite orientations"}};
   for_each_edge(sides, [&](auto first, auto last) {
-    if (last - first == 1) {
-      note(open, open_edges, *first);
-    } else if (last - first > 2) {
-      note(non_manifold, crowded_edges, *first);
-    } else if (first[0].forward == first[1].forward) {
-      note(against, against_edges, *first);
-    }
+    if (last - first == 2 && first[0].forward != first[1].forward) return;
+    Fault& fault = faults[last - first == 1 ? 0 : last - first > 2 ? 1 : 2];
+    if (fault.edges++ == 0 || first->number < fault.first->number) fault.first = &*first;
   });
-  const auto refuse_edge = [&](const Side& side, int count, const std::string& what) {
+  for (const Fault& fault : faults) {
+    if (fault.edges == 0) continue;
     const auto vertex = [&mesh](int point) { return std::to_string(vertex_of(mesh.vertices, point)); };
-    refuse(file, "edge " + vertex(side.low) + "-" + vertex(side.high) + " (vertices, 0-based)",
-           what + " (edges like it: " + std::to_string(count) + ")", two_faces);
-  };
-  if (open != nullptr) refuse_edge(*open, open_edges, "an open edge, with one face only");
-  if (non_manifold != nullptr) refuse_edge(*non_manifold, crowded_edges, "an edge with more than two faces");
-  if (against != nullptr) refuse_edge(*against, against_edges, "an edge whose two faces have opposite orientations");
+    refuse(file, "edge " + vertex(fault.first->low) + "-" + vertex(fault.first->high) + " (vertices, 0-based)",
+           fault.what + " (edges like it: " + std::to_string(fault.edges) + ")", two_faces);
+  }
   const double volume = signed_volume(mesh.points, triangles(mesh));
   if (!(volume > 0)) {
     refuse(file, "", "an enclosed volume of " + shown(volume) + " m^3 (inside out)",
            why + ": faces counter-clockwise seen from outside, so that the volume is positive");
   }
+}
+
+double signed_volume(const std::vector<Vec3>& points, const std::vector<Triangle>& triangles) {
+  if (triangles.empty()) return 0;
+  // Taking one of the points as the origin keeps the precision of a small mesh far from the origin.
+  const Vec3 origin = points[triangles[0][0]];
+  double six_times = 0;
+  for (const auto& [a, b, c] : triangles) {
+    six_times += dot(cross(minus(points[a], origin), minus(points[b], origin)), minus(points[c], origin));
+  }
+  return six_times / 6;
+}
+
+std::vector<double> masses_by_density(const Mesh& mesh, double density) {
+  const auto& points = mesh.points;
+  std::vector<double> mass(points.size(), 0.0);
+  const auto normal_of = [&](int a, int b, int c) { return normal(points[a], points[b], points[c]); };
+  const auto add_triangle = [&](const Triangle& corners, const Vec3& normal, double weight) {
+    const double third = weight * density * norm(normal) / 2 / 3;
+    for (const int corner : corners) mass[corner] += third;
+  };
+  for (const Tetrahedron& tetrahedron : mesh.tetrahedra)
+    for (const int corner : tetrahedron) mass[corner] += density * volume(points, tetrahedron) / 4;
+  const std::vector<Quad> none;
+  for (const auto& [a, b, c, d] : mesh.tetrahedra.empty() ? mesh.faces : none) {
+    if (d < 0) {
+      add_triangle({a, b, c}, normal_of(a, b, c), 1);
+    } else {
+      // One diagonal of a concave quad lies outside of it; the triangles along that one have opposite normals.
+      const Vec3 abc = normal_of(a, b, c), acd = normal_of(a, c, d), bcd = normal_of(b, c, d), bda = normal_of(b, d, a);
+      const bool first = dot(abc, acd) >= 0, second = dot(bcd, bda) >= 0;
+      const double share = first == second ? 0.5 : first ? 1 : 0;
+      add_triangle({a, b, c}, abc, share), add_triangle({a, c, d}, acd, share);
+      add_triangle({b, c, d}, bcd, 1 - share), add_triangle({b, d, a}, bda, 1 - share);
+    }
+  }
+  for (const auto& [a, b] : mesh.lines) {
+    const double half = density * norm(minus(points[b], points[a])) / 2;
+    mass[a] += half, mass[b] += half;
+  }
+  return mass;
+}
+
+std::vector<double> masses_by_total(const Mesh& mesh, double mass) {
+  std::vector<double> masses = masses_by_density(mesh, 1);
+  const double equal_share = mass / static_cast<double>(masses.size());
+  double shared = 0, for_shared = mass;
+  for (const double part : masses) {
+    shared += part;
+    if (part == 0) for_shared -= equal_share;
+  }
+  for (double& part : masses) part = part == 0 ? equal_share : part / shared * for_shared;
+  return masses;
 }
 
 }  // namespace malha

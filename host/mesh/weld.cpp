@@ -10,7 +10,6 @@
 #include "host/mesh/first_equal.h"
 #include "host/mesh/tetrahedra.h"
 #include "host/mesh/vectors.h"
-#include "host/mesh/vertices.h"
 #include "malha/error.h"
 
 namespace malha {
@@ -135,12 +134,7 @@ Welded weld(Mesh& mesh, double distance, const std::string& file) {
 
 int drop_unused_points(Mesh& mesh) {
   std::vector<bool> used(mesh.points.size(), false);
-  const auto use = [&used](const auto& items) {
-    for (const auto& item : items)
-      for (const int corner : item)
-        if (corner >= 0) used[corner] = true;
-  };
-  use(mesh.faces), use(mesh.lines), use(mesh.tetrahedra);
+  mark_corners(mesh.faces, used), mark_corners(mesh.lines, used), mark_corners(mesh.tetrahedra, used);
   const auto unused = static_cast<int>(std::ranges::count(used, false));
   if (unused == 0 || unused == static_cast<int>(used.size())) {
     mesh.vertices.position = {};
@@ -151,6 +145,18 @@ int drop_unused_points(Mesh& mesh) {
     if (!used[i]) representative[i] = -1;
   compact_points(mesh, representative);
   return unused;
+}
+
+std::vector<int> points_of_vertices(const FileVertices& file, int points) {
+  std::vector<int> all = file.point;
+  for (int i = all.empty() ? 0 : *std::ranges::max_element(all) + 1; i < points; ++i) all.push_back(i);
+  return all;
+}
+
+int vertex_of(const FileVertices& file, int point) {
+  if (file.point.empty()) return point;
+  const std::vector<int> points = points_of_vertices(file, point + 1);
+  return static_cast<int>(std::ranges::find(points, point) - points.begin());
 }
 
 }  // namespace malha

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Welding of vertices with equal or close positions, and removal of unused vertices.
+// Welding of vertices with equal or close positions, removal of unused vertices, and the map between the points that
+// are left and the vertices of the file, for messages and frames.
 #pragma once
 #include <string>
+#include <vector>
 
 #include "malha/mesh.h"
 
@@ -19,8 +21,23 @@ struct Welded {
 /// become degenerate.
 Welded weld(Mesh& mesh, double distance, const std::string& file);
 
+/// Marks the corners of faces, lines or tetrahedra.
+template <class Items>
+void mark_corners(const Items& items, std::vector<bool>& used) {
+  for (const auto& item : items)
+    for (const int corner : item)
+      if (corner >= 0) used[corner] = true;
+}
+
 /// Removes vertices that no face, line or tetrahedron uses, unless all are unused. The others keep their order;
 /// mesh.vertices keeps the numbering of the file. Returns the number of removed points.
 int drop_unused_points(Mesh& mesh);
+
+/// The point of each vertex of a mesh with this number of points: the vertices of the file (-1: unused), then the
+/// points that tearing added.
+std::vector<int> points_of_vertices(const FileVertices& file, int points);
+
+/// The vertex of a point; the lowest one if several were merged.
+int vertex_of(const FileVertices& file, int point);
 
 }  // namespace malha

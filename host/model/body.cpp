@@ -4,7 +4,6 @@
 #include "host/mesh/check_mesh.h"
 #include "host/mesh/generate.h"
 #include "host/mesh/topology.h"
-#include "host/mesh/vertices.h"
 #include "host/mesh/weld.h"
 #include "malha/error.h"
 #include "malha/text.h"
@@ -42,7 +41,7 @@ Mesh load_body(const Scene& scene, std::size_t index, int& zero_area_faces, std:
     if (const int unused = drop_unused_points(mesh); unused > 0)
       notes.push_back(body + "left out " + counted(unused, "vertex", "vertices") + " of no face, line or tetrahedron" +
                       numbers);
-  zero_area_faces += check_mesh(mesh, origin(scene, spec.shape), loose).zero_area_faces;
+  zero_area_faces += check_mesh(mesh, origin(scene, spec.shape), loose);
   apply(spec.transform, mesh);
   return mesh;
 }
@@ -75,7 +74,7 @@ EnvironmentMesh load_environment(const Scene& scene, std::size_t e, int& zero_ar
   EnvironmentMesh mesh{spec, make_mesh(spec.shape)};
   // The vertices of the environment are not particles: equal positions may be merged, and unused vertices may stay.
   if (const auto* of = std::get_if<MeshFile>(&spec.shape)) weld(mesh.mesh, of->weld.value_or(0), file);
-  zero_area_faces += check_mesh(mesh.mesh, file, true).zero_area_faces;
+  zero_area_faces += check_mesh(mesh.mesh, file, true);
   if (mesh.mesh.faces.empty())
     refuse(scene.file, pointer("environment", e, "shape"), "a shape without faces", "a shape with faces");
   apply(spec.transform, mesh.mesh);

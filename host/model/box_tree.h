@@ -10,6 +10,8 @@ namespace malha {
 
 /// True if the boxes overlap or touch.
 bool overlap(const BoundingBox& a, const BoundingBox& b);
+/// True if box a contains box b.
+bool contains(const BoundingBox& a, const BoundingBox& b);
 
 /// The bounding box of the points x[i] with i among `corners`, extended by `margin` (m) on all sides.
 template <class Corners>
@@ -23,15 +25,20 @@ class BoxTree {
  public:
   explicit BoxTree(std::vector<BoundingBox> boxes);
 
-  /// Calls visit(i) for every box i that the segment from a to b touches, up to rounding, in an unspecified order.
+  /// Calls visit(i) for every box i that overlaps this one, in an unspecified order.
   template <class Visit>
-  void for_each_on_segment(const Vec3& a, const Vec3& b, const Visit& visit) const {
-    const Segment segment = segment_of(a, b);
-    traverse([&](const BoundingBox& box) { return touches(box, segment); }, visit);
+  void for_each_overlap(const BoundingBox& box, const Visit& visit) const {
+    for_each_range(box, [&](int begin, int end) {
+      for (int k = begin; k < end; ++k) visit(order_[k]);
+    });
   }
 
   /// Number of boxes that overlap this one.
-  std::int64_t count_overlaps(const BoundingBox& box) const;
+  std::int64_t count_overlaps(const BoundingBox& box) const {
+    std::int64_t count = 0;
+    for_each_range(box, [&](int begin, int end) { count += end - begin; });
+    return count;
+  }
 
  private:
   struct Node {
@@ -42,37 +49,30 @@ class BoxTree {
 
   int build(int begin, int end);
 
-  /// A segment prepared for tests against many boxes.
-  struct Segment {
-    Vec3 from, per;      // m; 1 / extent along each axis, 0 along axes without extent
-    BoundingBox bounds;  // of the segment, extended by slack
-    double slack;        // m, tolerance for rounding
-  };
-  Segment segment_of(const Vec3& a, const Vec3& b) const;
-  static bool touches(const BoundingBox& box, const Segment& segment);
-
-  template <class Touches, class Visit>
-  void traverse(const Touches& touches_it, const Visit& visit) const {
+  /// Calls visit(begin, end) for the ranges of order_ whose boxes overlap this one.
+  template <class Visit>
+  void for_each_range(const BoundingBox& box, const Visit& visit) const {
     if (nodes_.empty()) return;
     int stack[64], count = 0;  // nodes are halved, so that the tree is no deeper than the bits of an int
     stack[count++] = 0;
     while (count > 0) {
       const int n = stack[--count];
       const Node& node = nodes_[n];
-      if (!touches_it(node.bounds)) continue;
-      if (node.second > 0) {
+      if (!overlap(node.bounds, box)) continue;
+      if (contains(box, node.bounds)) {
+        visit(node.begin, node.end);
+      } else if (node.second > 0) {
         stack[count++] = node.second, stack[count++] = n + 1;
-        continue;
+      } else {
+        for (int k = node.begin; k < node.end; ++k)
+          if (overlap(boxes_[order_[k]], box)) visit(k, k + 1);
       }
-      for (int k = node.begin; k < node.end; ++k)
-        if (touches_it(boxes_[order_[k]])) visit(order_[k]);
     }
   }
 
   std::vector<BoundingBox> boxes_;
   std::vector<int> order_;
   std::vector<Node> nodes_;
-  double largest_ = 0;  // largest coordinate of the boxes, m
 };
 
 }  // namespace malha

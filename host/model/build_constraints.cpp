@@ -3,17 +3,170 @@
 
 #include <algorithm>
 
+#include "host/mesh/geodesic.h"
 #include "host/mesh/topology.h"
-#include "host/model/elements.h"
-#include "host/model/isotropy.h"
+#include "host/mesh/vectors.h"
 #include "host/model/material.h"
+#include "host/model/stencils.h"
 #include "kernels/constraints/constraint_registry.h"
+#include "kernels/projection/element.h"
 #include "malha/error.h"
 #include "malha/text.h"
 
 namespace malha {
 
 namespace {
+
+/// Elements of a body's mesh on which constraints act: edges, hinges, triangles ... (kernels/projection/element.h).
+struct Elements {
+  std::vector<int> particles;  // facts_of(element).particles for each element, in the body's numbering
+  // Of a material, for each element its compliance times the modulus; empty for constraints with stiffness or
+  // compliance.
+  std::vector<double> softness;
+};
+
+struct ListedElements {
+  Elements all;
+  /// The rest of the mesh, for the Remainder of the constraint kind: for winged triangles it has the hinges that belong
+  /// to none of them, with their softness. For other elements it is empty.
+  Elements remainder;
+  int non_manifold = 0;  // number of edges with more than two triangles, which have no hinge
+};
+
+/// Appends elements and their softness.
+template <class List>
+void add_to(Elements& elements, const List& list, const std::vector<double>& softness) {
+  for (const auto& one : list) elements.particles.insert(elements.particles.end(), one.begin(), one.end());
+  elements.softness.insert(elements.softness.end(), softness.begin(), softness.end());
+}
+
+/// Lists the elements of the body's mesh for a constraint. `spec.elements` selects among edges; `spec.rigidity` is that
+/// of the material. `shear` is the rigidity of the diagonals of quads over that of the edges, see edge_softness().
+ListedElements list_elements(Element element, const Body& body, const ConstraintSpec& spec, double shear) {
+  const Mesh& mesh = body.mesh;
+  ListedElements listed;
+  const auto add = [&listed](const auto& list, const std::vector<double>& softness = {}) {
+    add_to(listed.all, list, softness);
+  };
+  const bool material = spec.rigidity.has_value();
+  switch (element) {  // without a default, so that the compiler reports a missing element
+    case Element::Edges:
+      for (const std::string& on : spec.elements)
+        if (on == "shear")
+          add(malha::shear(mesh), material ? shear_softness(mesh) : std::vector<double>{});
+        else
+          add(body.edges, material ? edge_softness(mesh, body.edges, shear) : std::vector<double>{});
+      break;
+    case Element::Hinges:
+      if (material) {
+        const PlateHinges of_plate = plate_hinges(mesh, body.boundary.pinned);
+        listed.non_manifold = of_plate.non_manifold;
+        add(of_plate.list, of_plate.softness);
+      } else {
+        add(hinges(mesh, &listed.non_manifold));
+      }
+      break;
+    case Element::Triangles:
+      add(triangles(mesh));
+      break;
+    case Element::Tetrahedra:
+      add(mesh.tetrahedra);
+      break;
+    case Element::WingedTriangles: {
+      const WingedTriangles winged = winged_triangles(mesh, body.boundary.pinned);
+      listed.non_manifold = winged.non_manifold;
+      add(winged.list, winged.softness);
+      add_to(listed.remainder, winged.hinges, winged.hinge_softness);
+      break;
+    }
+  }
+  return listed;
+}
+
+/// With more groups of pins than this, each particle is attached to its nearest pin only.
+constexpr int kMostPinGroups = 8;
+
+/// The pins of each connected group, or one group of all pins if there are more than kMostPinGroups.
+std::vector<std::vector<int>> pin_groups(const std::vector<Edge>& edges, const std::vector<bool>& pinned) {
+  std::vector<Edge> between;
+  for (const Edge& e : edges)
+    if (pinned[e[0]] && pinned[e[1]]) between.push_back(e);
+  const int n = static_cast<int>(pinned.size());
+  int parts = 0;
+  const std::vector<int> part = components(n, between, parts);
+  std::vector<int> group_of(parts, -1);
+  std::vector<std::vector<int>> groups;
+  std::vector<int> all;
+  for (int i = 0; i < n; ++i) {
+    if (!pinned[i]) continue;
+    all.push_back(i);
+    int& group = group_of[part[i]];
+    if (group < 0) group = static_cast<int>(groups.size()), groups.emplace_back();
+    groups[group].push_back(i);
+  }
+  if (static_cast<int>(groups.size()) > kMostPinGroups) groups = {all};
+  return groups;
+}
+
+/// Adds attachments for every movable particle of a body that is connected with a pin. It is attached to the nearest
+/// pin of each group of connected pins (a row of pins is one group, two corners are two), at a distance of at most (1 +
+/// limit) times the geodesic distance at rest. Point i of the mesh is the particle solver_index[i].
+void attach_long_range(const Mesh& mesh, const std::vector<Edge>& edges, const std::vector<bool>& pinned, double limit,
+                       const std::vector<int>& solver_index, LongRangeSet& set) {
+  std::vector<Geodesics> of_groups;
+  for (const std::vector<int>& group : pin_groups(edges, pinned)) of_groups.push_back(geodesics(mesh, group));
+  if (set.begin.empty()) set.begin = {0};
+  for (std::size_t i = 0; i < mesh.points.size(); ++i) {
+    if (pinned[i]) continue;
+    std::vector<std::pair<double, int>> found;
+    for (const Geodesics& group : of_groups)
+      if (group.source[i] >= 0) found.emplace_back(group.distance[i], group.source[i]);
+    if (found.empty()) continue;
+    std::sort(found.rbegin(), found.rend());
+    set.particle.push_back(solver_index[i]);
+    for (const auto& [distance, pin] : found)
+      set.anchor.push_back(solver_index[pin]), set.max_distance.push_back(distance * (1 + limit));
+    set.begin.push_back(static_cast<int>(set.anchor.size()));
+  }
+}
+
+/// Makes a spring of each constraint. `particles` are two for each, X the rest positions (m). The stiffness is 1 /
+/// compliance, or with a rigidity that over the `softness` of the constraint; without either it is the constraint's
+/// stiffness times `full` (N/m).
+SpringSet springs_of(const ConstraintSpec& spec, double full, const std::vector<int>& particles,
+                     const std::vector<double>& softness, const std::vector<Vec3>& X) {
+  SpringSet set{spec.type, {}, {}, {}};
+  for (std::size_t c = 0; c < particles.size() / 2; ++c) {
+    const Edge ends{particles[2 * c], particles[2 * c + 1]};
+    if (ends[0] == ends[1]) continue;
+    const double alpha = spec.rigidity ? softness[c] / *spec.rigidity : spec.compliance.value_or(0);
+    const double k = alpha > 0 ? 1 / alpha : spec.compliance || spec.rigidity ? full : spec.stiffness * full;
+    if (!(k > 0)) continue;
+    set.ends.push_back(ends), set.stiffness.push_back(k);
+    set.rest.push_back(spec.parameter * distance(X[ends[0]], X[ends[1]]));
+  }
+  return set;
+}
+
+/// Gives stencils without compliance one: 1 / (stiffness full lever^2), as of a spring of stiffness times `full` (N/m)
+/// that acts through the stencil's lever. Stencils without a lever or stiffness are removed from the set.
+void soften_by_levers(ConstraintSet& set, double full, const std::vector<Vec3>& X) {
+  std::vector<int> kept;
+  set.compliance = 1, set.softness.clear();
+  with_stencil(set, [&]<class Kind, class Stencil>(Kind, Stencil) {
+    if constexpr (Kind::strength.accepts_stiffness)
+      for (int c = 0; c < set.count(); ++c) {
+        const int* of = &set.particles[std::size_t(c) * set.arity];
+        Vector3<double> q[Kind::particles];
+        corners<Kind>(X.data(), of, q);
+        const double lever = Stencil::lever(q), k = set.stiffness * full * lever * lever;
+        if (!(k > 0)) continue;
+        set.softness.push_back(1 / k);
+        kept.insert(kept.end(), of, of + set.arity);
+      }
+  });
+  set.particles = std::move(kept);
+}
 
 class ConstraintBuilder {
  public:
@@ -212,10 +365,10 @@ class ConstraintBuilder {
                       model_.long_range);
     if (model_.long_range.items() > before) return;
     const auto& pinned = body.boundary.pinned;
-    if (std::find(pinned.begin(), pinned.end(), false) == pinned.end()) return;
-    const bool has_pin = std::find(pinned.begin(), pinned.end(), true) != pinned.end();
-    const bool released = std::any_of(body.boundary.moved.begin(), body.boundary.moved.end(),
-                                      [](const auto& m) { return m.release_time; });
+    if (std::ranges::find(pinned, false) == pinned.end()) return;
+    const bool has_pin = std::ranges::find(pinned, true) != pinned.end();
+    const bool released =
+        std::ranges::any_of(body.boundary.moved, [](const auto& m) { return m.release_time.has_value(); });
     refuse(model_.scene.file, place,
            std::string(has_pin ? "no particle that is connected with a pin" : "no pin") +
                (released ? " but those with a \"release_time\"" : ""),
@@ -240,6 +393,25 @@ class ConstraintBuilder {
 
 void build_constraints(Model& model, std::vector<Body>& bodies, const std::vector<int>& solver_of, bool torn) {
   ConstraintBuilder(model, bodies, solver_of, torn).run();
+}
+
+void add_air_faces(const Mesh& mesh, const std::vector<int>& solver_index, AirFaces& all) {
+  std::vector<std::vector<int>> incident(mesh.points.size());
+  for (Quad face : mesh.faces) {
+    for (int& corner : face) {
+      if (corner < 0) continue;
+      incident[corner].push_back(static_cast<int>(all.faces.size()));
+      corner = solver_index[corner];
+    }
+    all.faces.push_back(face);
+  }
+  if (all.begin.empty()) all.begin = {0};
+  for (std::size_t i = 0; i < incident.size(); ++i) {
+    if (incident[i].empty()) continue;
+    all.particle.push_back(solver_index[i]);
+    all.incident.insert(all.incident.end(), incident[i].begin(), incident[i].end());
+    all.begin.push_back(static_cast<int>(all.incident.size()));
+  }
 }
 
 }  // namespace malha

@@ -13,4 +13,7 @@ namespace malha {
 /// model. With `torn` a constraint without elements is allowed. Throws InputError.
 void build_constraints(Model& model, std::vector<Body>& bodies, const std::vector<int>& solver_of, bool torn);
 
+/// Adds the faces of a mesh whose point i is the particle solver_index[i].
+void add_air_faces(const Mesh& mesh, const std::vector<int>& solver_index, AirFaces& all);
+
 }  // namespace malha

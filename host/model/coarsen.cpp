@@ -6,8 +6,8 @@
 #include <numeric>
 
 #include "host/base/parallel_tasks.h"
+#include "host/mesh/compressed_lists.h"
 #include "host/model/rest_graph.h"
-#include "host/model/tangent.h"
 #include "kernels/parallel/compute.h"
 
 namespace malha {
@@ -64,20 +64,45 @@ void compute_weights(Parents& parents) {
     double sum = 0;
     for (int k = 0; k < n; ++k) sum += parents.of[k].weight = rows[k][n] / rows[k][k];
     for (Parent& p : parents) p.weight /= sum;
-    Parent* least = std::min_element(parents.begin(), parents.end(),
-                                     [](const Parent& a, const Parent& b) { return a.weight < b.weight; });
+    Parent* least =
+        std::ranges::min_element(parents, [](const Parent& a, const Parent& b) { return a.weight < b.weight; });
     if (n == 1 || least->weight >= kMinWeight) return;
     std::copy(least + 1, parents.end(), least);
     --parents.count;
   }
 }
 
+// Tangent vectors and parallel transport on a curved surface that is unrolled near a particle. They are exact on planes
+// and cylinders.
+
+/// The direction of `offset` in the plane of `normal` (0: in space), scaled to `length`.
+Vector tangent_vector(const Vector& offset, const Vector& normal, double length) {
+  const Vector flat = offset - normal * dot(offset, normal);
+  const double size = norm(flat), whole = norm(offset);
+  if (size > 1e-6 * whole) return flat * (length / size);
+  return whole > 0 ? offset * (length / whole) : Vector{0, 0, 0};  // parallel to the normal: any direction
+}
+
+/// The vector a after the smallest rotation that takes the normal `from` to `to`.
+Vector parallel_transport(const Vector& a, const Vector& from, const Vector& to) {
+  const double c = 1 + dot(from, to);
+  if (!(c > 1e-6)) return -a;  // half a turn, about any axis
+  const Vector axis = cross(from, to), once = cross(axis, a);
+  return a + once + cross(axis, once) * (1 / c);
+}
+
 class Coarsener {
  public:
-  Coarsener(const RestGraph& fine, int threads) : fine_(fine), threads_(threads) {}
+  Coarsener(const RestGraph& fine, int threads)
+      : fine_(fine), threads_(threads), near_(fine.x.size(), [&](const auto& add) {
+          for (const Link& l : fine.links) add(l.a, {l.b, l.length}), add(l.b, {l.a, l.length});
+          for (const auto& [a, b] : fine.nearby) {
+            const double length = norm(fine.x[a] - fine.x[b]);
+            add(a, {b, length}), add(b, {a, length});
+          }
+        }) {}
 
   Coarsening coarsen() {
-    build_adjacency();
     choose();
     find_parents();
     compute_transfer();
@@ -87,26 +112,6 @@ class Coarsener {
   }
 
  private:
-  void build_adjacency() {
-    const int n = fine_.count();
-    begin_.assign(n + 1, 0);
-    for (const Link& l : fine_.links) ++begin_[l.a + 1], ++begin_[l.b + 1];
-    for (const Edge& e : fine_.nearby) ++begin_[e[0] + 1], ++begin_[e[1] + 1];
-    std::partial_sum(begin_.begin(), begin_.end(), begin_.begin());
-    near_.resize(begin_.back());
-    std::vector<int> next(begin_.begin(), begin_.end() - 1);
-    const auto add = [&](int a, int b, double length) {
-      near_[next[a]++] = {b, length}, near_[next[b]++] = {a, length};
-    };
-    for (const Link& l : fine_.links) add(l.a, l.b, l.length);
-    for (const Edge& e : fine_.nearby) add(e[0], e[1], norm(fine_.x[e[0]] - fine_.x[e[1]]));
-  }
-
-  template <class Visit>
-  void for_each_neighbour(int i, const Visit& visit) const {
-    for (int k = begin_[i]; k < begin_[i + 1]; ++k) visit(near_[k]);
-  }
-
   /// Chooses a maximal independent set: pins first, then along a front that advances from them, so that on grids it is
   /// every second row and column.
   void choose() {
@@ -126,9 +131,8 @@ class Coarsener {
       }
       const int i = front[next++];
       if (state_[i] == State::Unknown) choose_particle(i, false);
-      for_each_neighbour(i, [&](const Neighbour& j) {
+      for (const Neighbour& j : near_[i])
         if (!visited[j.of]) visited[j.of] = 1, front.push_back(j.of);
-      });
     }
   }
   void choose_particle(int i, bool pins_only) {
@@ -136,9 +140,8 @@ class Coarsener {
     exclude_neighbours(i, pins_only);
   }
   void exclude_neighbours(int i, bool pins_only) {
-    for_each_neighbour(i, [&](const Neighbour& j) {
+    for (const Neighbour& j : near_[i])
       if (state_[j.of] == State::Unknown && (!pins_only || fine_.pinned[j.of])) state_[j.of] = State::Excluded;
-    });
   }
 
   /// The offset from a particle to a neighbour in the tangent plane, with the given length.
@@ -170,20 +173,18 @@ class Coarsener {
     if (state_[i] == State::Chosen) return {{Parent{i, {0, 0, 0}}}, 1};
     const auto may = [&](int j) { return state_[j] == State::Chosen && (!fine_.pinned[i] || fine_.pinned[j]); };
     std::vector<Parent> near;
-    for_each_neighbour(i, [&](const Neighbour& j) {
+    for (const Neighbour& j : near_[i])
       if (may(j.of)) add_parent(near, j.of, offset(i, j.of, j.length));
-    });
     Parents parents = nearest(near);
     compute_weights(parents);
     if (reproduction_error(parents) <= kReproduced) return parents;
-    for_each_neighbour(i, [&](const Neighbour& j) {
+    for (const Neighbour& j : near_[i]) {
       const Vector first = offset(i, j.of, j.length);
-      for_each_neighbour(j.of, [&](const Neighbour& k) {
+      for (const Neighbour& k : near_[j.of])
         if (may(k.of))
           add_parent(near, k.of,
                      first + parallel_transport(offset(j.of, k.of, k.length), fine_.normal[j.of], fine_.normal[i]));
-      });
-    });
+    }
     parents = nearest(near);
     compute_weights(parents);
     return parents;
@@ -203,8 +204,7 @@ class Coarsener {
         for (const Parent& p : parents_[i]) nearest2 = std::min(nearest2, dot(p.offset, p.offset));
         outside.push_back({std::round(std::log(nearest2) / kTie), i});
       }
-    std::stable_sort(outside.begin(), outside.end(),
-                     [](const Outside& a, const Outside& b) { return a.nearest < b.nearest; });
+    std::ranges::stable_sort(outside, [](const Outside& a, const Outside& b) { return a.nearest < b.nearest; });
     std::vector<bool> beside(fine_.count(), false), listed(fine_.count(), false);
     std::vector<int> again;
     const auto repeat = [&](int i) {
@@ -214,11 +214,11 @@ class Coarsener {
       if (beside[o.i]) continue;
       state_[o.i] = State::Chosen;
       repeat(o.i);
-      for_each_neighbour(o.i, [&](const Neighbour& j) {
+      for (const Neighbour& j : near_[o.i]) {
         beside[j.of] = true;
         repeat(j.of);
-        for_each_neighbour(j.of, [&](const Neighbour& k) { repeat(k.of); });
-      });
+        for (const Neighbour& k : near_[j.of]) repeat(k.of);
+      }
     }
     return again;
   }
@@ -238,7 +238,7 @@ class Coarsener {
     double h2 = 0;
     for (const Parent& p : near) h2 = std::max(h2, dot(p.offset, p.offset));
     const auto rounded = [h2](const Parent& p) { return std::llround(1e6 * dot(p.offset, p.offset) / h2); };
-    std::sort(near.begin(), near.end(), [&](const Parent& a, const Parent& b) {
+    std::ranges::sort(near, [&](const Parent& a, const Parent& b) {
       const auto u = rounded(a), v = rounded(b);
       return u != v ? u < v : a.of < b.of;
     });
@@ -385,8 +385,7 @@ class Coarsener {
   static constexpr int kPasses = 3;
   const RestGraph& fine_;
   const int threads_;
-  std::vector<int> begin_;
-  std::vector<Neighbour> near_;
+  CompressedLists<Neighbour> near_;  // of each particle
   std::vector<State> state_;
   std::vector<int> chosen_of_;  // coarse particle that was made from each finer one, -1: none
   std::vector<Parents> parents_;

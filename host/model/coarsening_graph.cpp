@@ -1,16 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/model/coarsening_graph.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
-#include <numeric>
+#include <vector>
 
+#include "host/mesh/compressed_lists.h"
 #include "host/mesh/edge_sides.h"
 #include "host/mesh/topology.h"
 #include "host/model/model.h"
-#include "host/model/self_weight_stretch.h"
-#include "host/model/tangent.h"
+#include "host/model/rest_graph.h"
 #include "kernels/constraints/constraint_registry.h"
 
 namespace malha {
@@ -19,19 +21,147 @@ namespace {
 
 constexpr double kMuchSofter = 0.25;  // mean stiffness of a set over that of the stiffest set of its component
 
+/// Particles of suspended bodies, and their graph distances to the pins.
+struct SuspendedBody {
+  const std::vector<Vector>& x;            // m, at rest
+  const std::vector<double>& mass;         // kg, 0 for pinned particles
+  const std::vector<int>& graph_distance;  // links to the nearest pin; 0: pinned, -1: not connected with a pin
+  const std::vector<int>& part;            // connected component of each particle
+  double gravity;                          // m/s^2
+};
+
+struct Spring {
+  int a, b;
+  double length, alpha;  // m; m/N
+};
+
+/// A triangle of an elastic sheet.
+struct SheetTriangle {
+  std::array<int, 3> corner;
+  double Y;  // Young's modulus times thickness, N/m
+};
+
+/// Cross-section of a body between the particles at graph distance d and those at d - 1.
+struct Section {
+  int particles = 0;                // at graph distance d
+  double mass = 0;                  // kg, of all particles at d or farther
+  double springs = 0, sheet = 0;    // N, force per strain through it, of springs and of sheets that contract laterally
+  double c4 = 0, c2s2 = 0, s4 = 0;  // of springs: stiffness along the pull, coupling, and stiffness across it
+
+  /// Stiffness at `distance` links from the pins. Lateral contraction softens a body under tension, but not near the
+  /// pins, which prevent it: their influence decays as exp(-4.2 distance / width), by the first Fadle-Papkovich root of
+  /// a strip.
+  double stiffness(int distance) const {
+    const double contraction = s4 > 0 ? c2s2 * c2s2 / (c4 * s4) * (1 - std::exp(-4.2 * distance / particles)) : 0;
+    return springs * (1 - contraction) + sheet;
+  }
+};
+
+/// Static stretch of suspended bodies under their own weight.
+class SelfWeightStretch {
+ public:
+  explicit SelfWeightStretch(const SuspendedBody& body) : body_(body), stretch_(body.x.size(), Vector{0, 0, 0}) {
+    int parts = 0;
+    for (const int p : body.part) parts = std::max(parts, p + 1);
+    std::vector<int> cuts(parts, 1);  // one more than the largest distance; the last section has no mass
+    for (int i = 0; i < count(); ++i) cuts[body.part[i]] = std::max(cuts[body.part[i]], body.graph_distance[i] + 2);
+    begin_.assign(parts + 1, 0);
+    for (int p = 0; p < parts; ++p) begin_[p + 1] = begin_[p] + cuts[p];
+    sections_.resize(begin_.back());
+    for (int i = 0; i < count(); ++i)
+      if (body.graph_distance[i] > 0) section_at(i).mass += body.mass[i], ++section_at(i).particles;
+    for (int p = 0; p < parts; ++p)
+      for (int c = begin_[p + 1] - 2; c >= begin_[p]; --c) sections_[c].mass += sections_[c + 1].mass;
+  }
+
+  /// Returns sqrt(e) n for each particle, where e is the static strain along the unit vector n, which points away from
+  /// the pins. e is the weight of all particles with a larger graph distance over the stiffness of the cross-section
+  /// between. For strips and sheets that hang by a row this is accurate to some percent. For bodies that hang by points
+  /// it is the stretch of rings around these. Other loads (wind, swinging) are not included.
+  std::vector<Vector> stretch(const std::vector<Spring>& springs, const std::vector<SheetTriangle>& sheet) {
+    find_directions(springs, sheet);
+    for (const Spring& s : springs) add(s);
+    for (const SheetTriangle& t : sheet) add(t);
+    for (int i = 0; i < count(); ++i)
+      stretch_[i] = stretch_[i] * (body_.graph_distance[i] < 0 ? 0 : std::sqrt(strain_at(i)));
+    return std::move(stretch_);
+  }
+
+ private:
+  int count() const { return static_cast<int>(body_.x.size()); }
+  Section& section_at(int i) { return sections_[begin_[body_.part[i]] + body_.graph_distance[i]]; }
+  /// Computes the direction of the gradient of the graph distance, by least squares over neighbours.
+  void find_directions(const std::vector<Spring>& springs, const std::vector<SheetTriangle>& sheet) {
+    struct Normal {
+      Eigen::Matrix3d A = Eigen::Matrix3d::Zero();
+      Eigen::Vector3d b = Eigen::Vector3d::Zero();
+    };
+    std::vector<Normal> at(body_.x.size());
+    const auto add_pair = [&](int i, int j) {
+      const Vector offset = body_.x[j] - body_.x[i];
+      const Eigen::Vector3d d(offset.x, offset.y, offset.z);
+      const double size2 = d.squaredNorm();
+      if (size2 > 0)
+        for (const int k : {i, j})
+          at[k].A += d * d.transpose() / size2,
+              at[k].b += d * ((body_.graph_distance[j] - body_.graph_distance[i]) / size2);
+    };
+    for (const Spring& s : springs) add_pair(s.a, s.b);
+    for (const SheetTriangle& t : sheet)
+      for (int k = 0; k < 3; ++k) add_pair(t.corner[k], t.corner[(k + 1) % 3]);
+    for (int i = 0; i < count(); ++i) {
+      at[i].A.diagonal().array() += 1e-6 * at[i].A.trace() + 1e-300;  // neighbours may lie in a plane or on a line
+      const Eigen::Vector3d n = at[i].A.ldlt().solve(at[i].b);
+      if (const double size = n.norm(); size > 0) stretch_[i] = Vector{n[0], n[1], n[2]} * (1 / size);
+    }
+  }
+  void add(const Spring& s) {
+    const int from = body_.graph_distance[s.a], to = body_.graph_distance[s.b];
+    if (from < 0 || from + to == 0) return;
+    const Vector n = stretch_[s.a] + stretch_[s.b], d = body_.x[s.b] - body_.x[s.a];
+    const double along = dot(n, d), size2 = dot(n, n) * dot(d, d);
+    const double c2 = size2 > 0 ? along * along / size2 : 0, s2 = 1 - c2, stiff = s.length / s.alpha;
+    Section& cut = section_at(from > to ? s.a : s.b);
+    if (from != to) cut.springs += stiff * c2 * std::sqrt(c2);
+    cut.c4 += stiff * s.length * c2 * c2, cut.c2s2 += stiff * s.length * c2 * s2, cut.s4 += stiff * s.length * s2 * s2;
+  }
+  /// The mean width of the cross-section in a triangle is its area times the gradient of the graph distance.
+  void add(const SheetTriangle& t) {
+    const auto& [i, j, k] = t.corner;
+    const int a = body_.graph_distance[i], b = body_.graph_distance[j], c = body_.graph_distance[k];
+    if (a < 0 || (a == b && b == c)) return;
+    const Vector turned = (body_.x[k] - body_.x[i]) * double(b - a) - (body_.x[j] - body_.x[i]) * double(c - a);
+    section_at(a > b && a > c ? i : b > c ? j : k).sheet += t.Y * norm(turned) / 2;
+  }
+
+  double strain_of(int cut, int distance) const {
+    const double stiffness = sections_[cut].stiffness(distance);
+    return stiffness > 0 ? body_.gravity * sections_[cut].mass / stiffness : 0;
+  }
+  /// The strain at a particle: the mean of the sections on both sides of it; for pins that of the first section.
+  double strain_at(int i) const {
+    const int graph_distance = body_.graph_distance[i], cut = begin_[body_.part[i]] + graph_distance;
+    const double outer = strain_of(cut + 1, graph_distance + 1);
+    return graph_distance == 0 ? outer : (strain_of(cut, graph_distance) + outer) / 2;
+  }
+
+  const SuspendedBody& body_;
+  std::vector<Vector> stretch_;
+  std::vector<int> begin_;  // first section of each part; within a part they are ordered by graph distance
+  std::vector<Section> sections_;
+};
+
 /// The number of links from each of `count` particles to the nearest pinned one; -1 if it is not connected with one.
 std::vector<int> graph_distances(int count, const std::vector<Link>& links, const std::vector<bool>& pinned) {
-  std::vector<int> begin(count + 1, 0), near(2 * links.size());
-  for (const Link& l : links) ++begin[l.a + 1], ++begin[l.b + 1];
-  std::partial_sum(begin.begin(), begin.end(), begin.begin());
-  std::vector<int> next(begin.begin(), begin.end() - 1);
-  for (const Link& l : links) near[next[l.a]++] = l.b, near[next[l.b]++] = l.a;
+  const CompressedLists<int> near(count, [&](const auto& add) {
+    for (const Link& l : links) add(l.a, l.b), add(l.b, l.a);
+  });
   std::vector<int> graph_distance(count, -1), front;
   for (int i = 0; i < count; ++i)
     if (pinned[i]) graph_distance[i] = 0, front.push_back(i);
   for (std::size_t k = 0; k < front.size(); ++k)
-    for (int e = begin[front[k]]; e < begin[front[k] + 1]; ++e)
-      if (graph_distance[near[e]] < 0) graph_distance[near[e]] = graph_distance[front[k]] + 1, front.push_back(near[e]);
+    for (const int j : near[front[k]])
+      if (graph_distance[j] < 0) graph_distance[j] = graph_distance[front[k]] + 1, front.push_back(j);
   return graph_distance;
 }
 
@@ -51,7 +181,7 @@ class GraphBuilder {
       if (model_.sets[s].type == Membrane::name) add_membrane(static_cast<int>(s));
     }
     find_parts();
-    const auto elastic = [this] { return std::any_of(alpha_.begin(), alpha_.end(), [](double a) { return a > 0; }); };
+    const auto elastic = [this] { return std::ranges::any_of(alpha_, [](double a) { return a > 0; }); };
     if (elastic()) drop_soft_links(), find_parts();
     graph_distance_ = graph_distances(model_.count(), graph_.links, pinned_);
     for (int i = 0; i < model_.count(); ++i) {
@@ -154,8 +284,8 @@ class GraphBuilder {
     for (std::size_t k = 0; k < alpha_.size(); ++k)
       if (const Link& l = graph_.links[k]; alpha_[k] > 0 && model_.sets[l.set].type != Membrane::name)
         springs.push_back({l.a, l.b, l.length, alpha_[k]});
-    graph_.stretch = stretch_by_weight({x_, mass_, graph_distance_, graph_.part, norm(vector(model_.scene.gravity))},
-                                       springs, sheets_);
+    const SuspendedBody body{x_, mass_, graph_distance_, graph_.part, norm(vector(model_.scene.gravity))};
+    graph_.stretch = SelfWeightStretch(body).stretch(springs, sheets_);
     std::vector<double> mass(graph_.parts.size(), 0);
     for (int i = 0; i < model_.count(); ++i) {
       const int p = graph_.part[i];

@@ -24,7 +24,7 @@ struct GraphComponent {
 
 struct CoarseningGraph {
   std::vector<Link> links;      // in the user's numbering
-  std::vector<Vector> stretch;  // of each particle, see stretch_by_weight(); empty: no part is elastic
+  std::vector<Vector> stretch;  // of each particle, by its weight (coarsening_graph.cpp); empty: no part is elastic
   std::vector<int> part;        // component of each particle
   std::vector<GraphComponent> parts;
 };

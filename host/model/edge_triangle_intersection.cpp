@@ -61,7 +61,7 @@ struct InPlane {
 
 /// Touching of a segment with a triangle in whose plane it lies.
 bool touches_in_plane(const Vec3& p, const Vec3& q, const Vec3& a, const Vec3& b, const Vec3& c) {
-  const Vec3 n = cross(minus(b, a), minus(c, a));
+  const Vec3 n = normal(a, b, c);
   int along = 0;
   for (int k = 1; k < 3; ++k)
     if (std::abs(n[k]) > std::abs(n[along])) along = k;

@@ -9,6 +9,7 @@
 #include "host/mesh/edge_sides.h"
 #include "host/mesh/topology.h"
 #include "host/model/coarsening_graph.h"
+#include "host/model/ordering/index_map.h"
 #include "host/model/ordering/order.h"
 #include "host/model/tear.h"
 #include "kernels/multilevel/coarse_constraint.h"
@@ -23,8 +24,8 @@ std::int64_t auto_level_threshold(const SolverSpec& solver, bool elastic) {
 int levels_interval(const Model& model) {
   if (model.scene.solver.levels_interval > 0) return model.scene.solver.levels_interval;
   const auto moves = [](const auto& pins) { return !pins.target.motion.empty(); };
-  const bool driven = model.scene.wind || std::any_of(model.moved.begin(), model.moved.end(), moves) ||
-                      std::any_of(model.attached.begin(), model.attached.end(), moves);
+  const bool driven =
+      model.scene.wind || std::ranges::any_of(model.moved, moves) || std::ranges::any_of(model.attached, moves);
   return driven ? 1 : 2;
 }
 
@@ -38,7 +39,7 @@ constexpr double kMaxReduction = 0.8;  // particles of a level over those of the
 
 /// The subgraph of the chosen particles. `which` gets their indices in the whole graph.
 RestGraph subgraph(RestGraph&& whole, const std::vector<bool>& chosen, std::vector<int>& which) {
-  if (std::find(chosen.begin(), chosen.end(), false) == chosen.end()) {
+  if (std::ranges::find(chosen, false) == chosen.end()) {
     which.resize(whole.count());
     std::iota(which.begin(), which.end(), 0);
     return std::move(whole);
@@ -128,11 +129,7 @@ Model build_level_model(const Model& finest, const RestGraph& graph, std::vector
   std::vector<Vec3> positions;
   for (const Vector& x : graph.x) positions.push_back({x.x, x.y, x.z});
   order = solver_order(positions, component, count, all);
-  std::vector<int> slot(n);
-  const auto number = [&] {
-    for (int i = 0; i < n; ++i) slot[order[i]] = i;
-  };
-  number();
+  const std::vector<int> slot = solver_of(order);
   Model level;
   level.scene.file = finest.scene.file;
   level.scene.solver = finest.scene.solver;
@@ -150,9 +147,8 @@ Model build_level_model(const Model& finest, const RestGraph& graph, std::vector
   for (const Edge& e : all) edges.push_back({slot[e[0]], slot[e[1]]});
   for (const int i : order) component_in_order.push_back(component[i]);
   Cut cut = cut_into_patches(level.sets, edges, component_in_order, threads, finest.patches.bounds);
-  std::vector<int> cut_order, now(n);
-  for (int i = 0; i < n; ++i) cut_order.push_back(order[cut.order[i]]), now[cut.order[i]] = i;
-  order = std::move(cut_order);
+  const std::vector<int> now = solver_of(cut.order);
+  order = in_solver_order(order, cut.order);
   for (ConstraintSet& set : level.sets)
     for (int& i : set.particles) i = now[i];
   level.patches = std::move(cut.patches);
@@ -193,7 +189,7 @@ std::vector<Level> make_levels(const Model& model, const std::vector<double>& w,
   CoarseningGraph full = coarsening_graph(model, w);
   std::vector<bool> chosen(model.count());
   for (int i = 0; i < model.count(); ++i) chosen[i] = should_use_levels(full.parts[full.part[i]], model.scene.solver);
-  if (std::find(chosen.begin(), chosen.end(), true) == chosen.end()) return levels;
+  if (std::ranges::find(chosen, true) == chosen.end()) return levels;
   RestGraph whole = rest_graph(model, w);
   whole.links = std::move(full.links), whole.stretch = std::move(full.stretch);
   add_free_diagonals(model, whole);
@@ -227,11 +223,10 @@ std::vector<Level> make_levels(const Model& model, const std::vector<double>& w,
     Level level;
     std::vector<int> order;
     level.model = build_level_model(model, coarser.graph, order, threads);
-    std::vector<int> by_rank(n), rank(n), at(n);
+    std::vector<int> by_rank(n);
     std::iota(by_rank.begin(), by_rank.end(), 0);
-    std::sort(by_rank.begin(), by_rank.end(),
-              [&](int a, int b) { return slot[coarser.chosen[a]] < slot[coarser.chosen[b]]; });
-    for (int i = 0; i < n; ++i) rank[by_rank[i]] = i, at[order[i]] = i;
+    std::ranges::sort(by_rank, [&](int a, int b) { return slot[coarser.chosen[a]] < slot[coarser.chosen[b]]; });
+    const std::vector<int> rank = solver_of(by_rank), at = solver_of(order);
     level.restriction = reindexed(coarser.restriction, by_rank, slot);
     level.prolongation = reindexed(coarser.prolongation, in_graph, rank);
     for (const int i : by_rank) level.particle.push_back(at[i]);

@@ -46,19 +46,16 @@ const std::vector<Machine>& machines() {
   return all;
 }
 
-const std::vector<std::string>& machine_names() {
-  static const std::vector<std::string> names = [] {
-    std::vector<std::string> all;
-    for (const Machine& machine : machines()) all.push_back(machine.name);
-    return all;
-  }();
+std::vector<std::string> machine_names() {
+  std::vector<std::string> names;
+  for (const Machine& machine : machines()) names.push_back(machine.name);
   return names;
 }
 
 const Machine& machine_named(const std::string& name) {
-  const auto found = std::find(machine_names().begin(), machine_names().end(), name);
-  if (found == machine_names().end()) refuse("machine", "", quoted(name), join(machine_names()));
-  return machines()[static_cast<std::size_t>(found - machine_names().begin())];
+  const auto found = std::ranges::find(machines(), name, &Machine::name);
+  if (found == machines().end()) refuse("machine", "", quoted(name), join(machine_names()));
+  return *found;
 }
 
 }  // namespace malha

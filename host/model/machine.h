@@ -32,7 +32,7 @@ struct Machine {
 
 /// All known machines. The first, "cpu", is the default.
 const std::vector<Machine>& machines();
-const std::vector<std::string>& machine_names();
+std::vector<std::string> machine_names();
 
 /// The machine of this name. Throws InputError for an unknown name.
 const Machine& machine_named(const std::string& name);

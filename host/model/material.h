@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Softness of constraints of a material: compliance times rigidity, computed from the mesh at rest, so that a rigidity
-// describes the same cloth on meshes of any resolution.
+// describes the same cloth on meshes of any resolution; and the directional stiffness of such a mesh, relative to the
+// isotropic sheet of that rigidity.
 #pragma once
 #include <array>
 #include <vector>
@@ -52,5 +53,40 @@ struct FoldByCurvature {
 };
 /// Of an unfolded hinge; all 0 if one of its triangles has no area.
 FoldByCurvature fold_by_curvature(const Mesh& mesh, const std::array<int, 4>& hinge);
+
+/// Triangles with their three neighbours, the elements of `plate` (kernels/constraints/plate.h).
+struct WingedTriangles {
+  // The corners 0 .. 2 of each triangle; 3 + i is the far corner of the neighbour across from corner i.
+  std::vector<std::array<int, 6>> list;
+  /// Area of each triangle over the area that it represents: its own, and a share of that of nearby triangles that have
+  /// fewer than three neighbours or whose six points do not determine a curvature. Triangles whose corners are all
+  /// pinned do not bend.
+  std::vector<double> softness;
+  /// Hinges of the sides at which no winged triangle lies, in the form of hinges(mesh), and their softness: the area of
+  /// both triangles over the edge's length^2. A hinge represents a third of both triangles.
+  std::vector<std::array<int, 4>> hinges;
+  std::vector<double> hinge_softness;
+  int non_manifold = 0;  // number of edges with more than two triangles, which do not bend
+};
+
+/// The winged triangles of triangles(mesh). `pinned`: whether each point is pinned permanently.
+WingedTriangles winged_triangles(const Mesh& mesh, const std::vector<bool>& pinned);
+
+/// Stiffness against a strain or curvature along a direction, relative to the isotropic sheet: in the softest and in
+/// the stiffest direction, as means over the interior vertices. Each vertex has half of each of its edges and hinges,
+/// so that random orientations average out and common ones do not.
+struct Isotropy {
+  double softest = 1, stiffest = 1;
+};
+
+/// Isotropy of springs with the given edges and stiffnesses (N/m), of a material with rigidity Y of edges and G of
+/// diagonals (N/m). On triangles the reference is the sheet with Young's modulus times thickness Y and Poisson's ratio
+/// 1/3, the only ratio that springs have; on quads it is the sheet of squares, which these springs represent exactly.
+Isotropy isotropy_of_springs(const Mesh& mesh, const std::vector<Edge>& edges, const std::vector<double>& stiffness,
+                             double Y, double G);
+
+/// Isotropy of hinges with the given softness; the reference is a plate of rigidity 1.
+Isotropy isotropy_of_hinges(const Mesh& mesh, const std::vector<std::array<int, 4>>& hinges,
+                            const std::vector<double>& softness);
 
 }  // namespace malha

@@ -10,11 +10,8 @@ namespace malha {
 /// Memory of the model's arrays, in bytes.
 std::size_t bytes(const Model& model);
 
-/// A lower bound of the memory for setting up the generated shapes of a scene, in bytes: measured with a million
-/// particles each, and rounded down. Meshes from files are not counted.
-double min_setup_bytes(const Scene& scene);
-
-/// Throws OutOfMemory if min_setup_bytes() is more than the free memory. The message says how much of either.
+/// Throws OutOfMemory if a lower bound of the memory that the generated shapes of a scene take is more than the free
+/// memory. The message says how much of either. Meshes from files are not counted.
 void require_memory(const Scene& scene);
 
 /// Releases data that are read only while a solver is built (masses, velocities), and the unused capacity of the other

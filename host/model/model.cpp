@@ -3,27 +3,93 @@
 
 #include <algorithm>
 
+#include "host/base/build_info.h"
 #include "host/base/stopwatch.h"
 #include "host/mesh/topology.h"
 #include "host/mesh/vectors.h"
-#include "host/mesh/vertices.h"
+#include "host/mesh/weld.h"
 #include "host/model/body.h"
 #include "host/model/build_constraints.h"
 #include "host/model/memory_estimate.h"
 #include "host/model/ordering/index_map.h"
 #include "host/model/ordering/order.h"
-#include "host/model/ordering/renumber.h"
 #include "host/model/self_surface.h"
 #include "host/model/tear.h"
 #include "host/model/unlikely.h"
-#include "host/model/validate_outputs.h"
 #include "host/scene/check_scene.h"
 #include "host/scene/error_list.h"
+#include "kernels/constraints/constraint_registry.h"
 #include "malha/error.h"
 
 namespace malha {
 
 namespace {
+
+/// Reorders the particles (particle order[i] becomes i) and updates all indices of particles, except in the patches and
+/// the lists of components, whose ranges of particles must stay the same.
+void renumber(Model& model, const std::vector<int>& order) {
+  const std::vector<int> now = solver_of(order);
+  const auto reorder = [&](auto& values) { values = in_solver_order(values, order); };
+  reorder(model.user_index), reorder(model.x), reorder(model.v), reorder(model.w), reorder(model.mass);
+  const auto remap = [&](int& i) { i = now[i]; };
+  for (ConstraintSet& set : model.sets) std::ranges::for_each(set.particles, remap);
+  for (ConstraintSet& set : model.stencils) std::ranges::for_each(set.particles, remap);
+  for (SpringSet& set : model.springs)
+    for (Edge& e : set.ends) std::ranges::for_each(e, remap);
+  for (auto& body : model.tetrahedra)
+    for (Tetrahedron& t : body) std::ranges::for_each(t, remap);
+  for (PressureSet& set : model.pressures) {
+    for (Triangle& t : set.triangles) std::ranges::for_each(t, remap);
+    std::ranges::for_each(set.particles, remap);
+    std::ranges::sort(set.particles);
+  }
+  for (std::vector<int>* list : {&model.long_range.particle, &model.long_range.anchor, &model.air.particle})
+    std::for_each(list->begin(), list->end(), remap);
+  for (Quad& face : model.air.faces)
+    for (int& corner : face)
+      if (corner >= 0) remap(corner);
+  for (MovedPins& pins : model.moved) std::ranges::for_each(pins.particles, remap);
+  for (AttachmentSet& set : model.attached) std::ranges::for_each(set.particles, remap);
+}
+
+/// Throws InputError for an expectation about something that the scene does not have, since it would always be met.
+/// `tetrahedra`: whether its meshes have any.
+void check_expectations(const Scene& scene, bool tetrahedra) {
+  const auto needs = [&scene](bool expected, bool present, const std::string& key, const std::string& what) {
+    if (expected && !present)
+      refuse(scene.file, "/expect/" + key, "an expectation about " + what, "one where there is any");
+  };
+  bool distance = false, pressure = false, inside = false;
+  for (const BodySpec& body : scene.bodies)
+    for (const ConstraintSpec& constraint : body.constraints) {
+      distance = distance || constraint.type == Distance::name;
+      pressure = pressure || constraint.type == "pressure";
+    }
+  for (const EnvironmentSpec& environment : scene.environment) inside = inside || environment.sides != Sides::TwoSided;
+  const Expect& expect = scene.expect;
+  needs(bool(expect.max_strain), distance, "max_strain", "strain in a scene without distance constraints");
+  needs(bool(expect.rms_strain), distance, "rms_strain", "strain in a scene without distance constraints");
+  needs(expect.volume_ratio.has_value(), pressure || tetrahedra, "volume_ratio",
+        "volume in a scene without pressure and without tetrahedra");
+  needs(bool(expect.inverted_tetrahedra), tetrahedra, "inverted_tetrahedra", "tetrahedra in a scene without any");
+  needs(bool(expect.max_crossings), scene.self_collision.has_value() || names_edges(scene), "max_crossings",
+        "crossings in a scene without self_collision and without objects that name \"edges\"");
+  needs(bool(expect.max_penetration), inside, "max_penetration",
+        "penetration in a scene without solids or one-sided sheets");
+}
+
+/// Throws InputError for a scene that may tear with a format that stores a single mesh for all frames, and for a format
+/// that this build does not support.
+void check_outputs(const Scene& scene) {
+  const std::string key = "/outputs/frames/formats";
+  for (const std::string& format : scene.outputs.formats) {
+    if (can_tear(scene) && (format == "pc2" || format == "glb"))
+      refuse(scene.file, key, format + ", which holds one mesh for all frames, of a scene that tears", "vtp, ply, obj");
+    if (format == "glb" && !has_gltf())
+      refuse(scene.file, key, "glb, and this malha was built without tinygltf (Debian: libtinygltf-dev)",
+             "vtp, pc2, ply, obj");
+  }
+}
 
 class Builder {
  public:
@@ -52,8 +118,8 @@ class Builder {
       errors.throw_all();
     });
     if (!torn_) set_default_thickness();
-    check_expectations(scene, std::any_of(bodies_.begin(), bodies_.end(),
-                                          [](const Body& body) { return !body.mesh.tetrahedra.empty(); }));
+    check_expectations(scene,
+                       std::ranges::any_of(bodies_, [](const Body& body) { return !body.mesh.tetrahedra.empty(); }));
     took.order = seconds([this] { order_particles(); });
     took.build_constraints = seconds([this] { build_constraints(model_, bodies_, solver_of_, torn_ != nullptr); });
     if (corrects_momenta()) find_free_islands();
@@ -233,6 +299,10 @@ std::vector<int> bodies_of(const Model& model) {
   std::vector<int> body(model.user_index.size());
   for (std::size_t i = 0; i < body.size(); ++i) body[i] = body_of(model, model.user_index[i]);
   return body;
+}
+
+bool names_edges(const Scene& scene) {
+  return std::ranges::any_of(scene.environment, [](const EnvironmentSpec& object) { return object.edges; });
 }
 
 }  // namespace malha

@@ -5,11 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "host/model/air_faces.h"
-#include "host/model/long_range.h"
 #include "host/model/ordering/patches.h"
 #include "host/model/pins.h"
-#include "host/model/springs.h"
 #include "malha/scene.h"
 
 namespace malha {
@@ -36,6 +33,32 @@ struct PressureSet {
   std::optional<double> compliance;        // m^5/N
   std::vector<int> particles;              // all particles of the closed mesh
   std::vector<Triangle> triangles;         // of the closed mesh
+};
+
+/// Springs of Desbrun's method.
+struct SpringSet {
+  std::string type;               // of the constraints
+  std::vector<Edge> ends;         // the two particles of each spring
+  std::vector<double> stiffness;  // N/m, of each
+  std::vector<double> rest;       // m
+};
+
+/// Long-range attachments of particles to pins (Kim, Chentanez, Müller 2012). Those of particle[k] are begin[k] ..
+/// begin[k + 1] - 1.
+struct LongRangeSet {
+  std::vector<int> particle;
+  std::vector<int> begin;
+  std::vector<int> anchor;           // pinned particle of each attachment; for each particle the farthest first
+  std::vector<double> max_distance;  // m, of each attachment
+  int items() const { return static_cast<int>(particle.size()); }
+};
+
+/// Faces on which the air acts, and the incident faces of each particle.
+struct AirFaces {
+  std::vector<Quad> faces;
+  std::vector<int> particle;  // particles with a face, including pinned ones, which may be released
+  // The faces of particle[k] are incident[begin[k]] .. incident[begin[k + 1] - 1].
+  std::vector<int> begin, incident;
 };
 
 /// A connected component with damping: particles first .. first + count - 1.
@@ -120,5 +143,8 @@ std::vector<int> particles_of_vertices(const RenderMesh& render_mesh, std::size_
 int body_of(const Model& model, int user_index);
 /// The body of each particle, in the solver's order.
 std::vector<int> bodies_of(const Model& model);
+
+/// True if an object of the environment has "edges".
+bool names_edges(const Scene& scene);
 
 }  // namespace malha

@@ -5,7 +5,7 @@
 
 #include "host/base/spelling_suggestion.h"
 #include "host/mesh/vectors.h"
-#include "host/mesh/vertices.h"
+#include "host/mesh/weld.h"
 #include "host/model/model.h"
 #include "malha/error.h"
 
@@ -42,7 +42,7 @@ class ParticleFinder {
       return squared_distance(a, pin.point) < squared_distance(b, pin.point);
     };
     const auto& points = mesh_.points;
-    return {static_cast<int>(std::min_element(points.begin(), points.end(), nearer) - points.begin())};
+    return {static_cast<int>(std::ranges::min_element(points, nearer) - points.begin())};
   }
   /// The vertices in the numbering of the file.
   std::vector<int> operator()(const ListPin& pin) const { return pin.particles; }
@@ -86,7 +86,7 @@ class BoundaryConditionBuilder {
     std::vector<int> found = std::visit(ParticleFinder(spec_.shape, mesh_), selector);
     if (found.empty()) refuse(scene_.file, here, "no particle there", allowed + " (rows are for grids and chains)");
     if (std::holds_alternative<ListPin>(selector)) map_to_points(found, here);
-    std::sort(found.begin(), found.end());
+    std::ranges::sort(found);
     found.erase(std::unique(found.begin(), found.end()), found.end());
     return found;
   }
@@ -153,6 +153,14 @@ class BoundaryConditionBuilder {
   std::vector<bool> moved_;  // whether each particle is in a pin that moves or is released
 };
 
+/// Tells whether each particle (the user's numbering) has a pin or a rigid attachment that moves or is released.
+std::vector<bool> in_moved_pins(const Model& model) {
+  std::vector<bool> moved(model.user_index.size(), false);
+  for (const MovedPins& pins : model.moved)
+    for (const int i : pins.particles) moved[model.user_index[i]] = true;
+  return moved;
+}
+
 }  // namespace
 
 std::vector<bool> BoundaryConditions::at_start() const {
@@ -167,7 +175,7 @@ void split_boundary_conditions(int vertex, BoundaryConditions& boundary) {
   boundary.pinned.push_back(boundary.pinned[vertex]);
   const auto extend = [&](auto& sets) {
     for (auto& set : sets)
-      if (std::binary_search(set.particles.begin(), set.particles.end(), vertex)) set.particles.push_back(duplicate);
+      if (std::ranges::binary_search(set.particles, vertex)) set.particles.push_back(duplicate);
   };
   extend(boundary.moved), extend(boundary.attached);
 }
@@ -186,6 +194,49 @@ std::vector<bool> fixed_at_start(const Model& model, bool include_springs) {
 
 BoundaryConditions find_boundary_conditions(const Scene& scene, std::size_t body, const Mesh& mesh) {
   return BoundaryConditionBuilder(scene, body, mesh).build();
+}
+
+std::vector<int> static_pins(const Model& model) {
+  const std::vector<bool> moved = in_moved_pins(model);
+  std::vector<int> list;
+  for (int i = 0; i < model.count(); ++i)
+    if (!(model.w[i] > 0) && !moved[model.user_index[i]]) list.push_back(model.user_index[i]);
+  std::ranges::sort(list);
+  return list;
+}
+
+std::vector<bool> has_keyframes(const Model& model) {
+  std::vector<bool> moves(model.user_index.size(), false);
+  for (const MovedPins& pins : model.moved)
+    for (const int i : pins.particles) moves[model.user_index[i]] = pins.target.moves();
+  return moves;
+}
+
+Scene with_pins(const Model& model, const std::vector<int>& particles) {
+  const std::vector<bool> in_other_pin = in_moved_pins(model);
+  for (const int i : particles) {
+    if (i < 0 || i >= model.count())
+      refuse("pins", "", "particle " + std::to_string(i), "0 to " + std::to_string(model.count() - 1));
+    if (in_other_pin[i])
+      refuse(
+          "pins", "",
+          particle_name(model, i) + ", which an attachment or a pin on keyframes or with a release holds or has held",
+          "others");
+  }
+  const std::vector<int> before = static_pins(model);
+  Scene scene = model.scene;
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+    const auto of_body = [&](const std::vector<int>& all) {
+      return std::vector<int>(std::lower_bound(all.begin(), all.end(), model.render_mesh.body_begin[b]),
+                              std::lower_bound(all.begin(), all.end(), model.render_mesh.body_begin[b + 1]));
+    };
+    std::vector<int> list = of_body(particles);
+    if (list == of_body(before)) continue;  // keep its selectors
+    for (int& i : list) i = number_in_body(model, i);
+    std::erase_if(scene.bodies[b].pins, [](const Pin& pin) { return pin.motion.empty() && !pin.release_time; });
+    if (!list.empty()) scene.bodies[b].pins.push_back(ListPin{list});
+  }
+  return scene;
 }
 
 }  // namespace malha

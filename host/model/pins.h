@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Boundary conditions of bodies: permanent pins, pins that move or are released, and attachments to points.
+// Boundary conditions of bodies: permanent pins, pins that move or are released, and attachments to points; and changes
+// of the pins between two steps.
 #pragma once
 #include <optional>
 #include <string>
@@ -55,5 +56,15 @@ std::vector<bool> fixed_at_start(const Model& model, bool include_springs);
 
 /// Copies the boundary conditions of a vertex that splits to its duplicate, which is the next particle of the body.
 void split_boundary_conditions(int vertex, BoundaryConditions& boundary);
+
+/// The particles that are pinned permanently and at rest, in the user's numbering, ascending.
+std::vector<int> static_pins(const Model& model);
+
+/// Tells whether each particle (the user's numbering) has a pin or a rigid attachment that moves.
+std::vector<bool> has_keyframes(const Model& model);
+
+/// The scene of the model with these particles (the user's numbering, ascending) as its static pins. Throws InputError
+/// for an index out of range, and for a particle of a rigid attachment or of a pin with keyframes or a release time.
+Scene with_pins(const Model& model, const std::vector<int>& particles);
 
 }  // namespace malha

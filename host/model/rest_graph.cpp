@@ -6,7 +6,6 @@
 #include "host/mesh/edge_sides.h"
 #include "host/mesh/topology.h"
 #include "host/model/model.h"
-#include "host/model/tangent.h"
 #include "host/model/tear.h"
 
 namespace malha {

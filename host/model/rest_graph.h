@@ -3,10 +3,15 @@
 #pragma once
 #include <vector>
 
-#include "host/model/tangent.h"
+#include "kernels/simd/vec.h"
 #include "malha/mesh.h"
 
 namespace malha {
+
+using Vector = Vector3<double>;
+
+/// A Vec3 as Vector.
+inline Vector vector(const Vec3& a) { return {a[0], a[1], a[2]}; }
 
 /// A mean normal shorter than this marks a fold: the surface has no tangent plane there.
 inline constexpr double kFolded = 0.35;
@@ -22,7 +27,7 @@ struct RestGraph {
   std::vector<Vector> mean;     // m, mass centre of its finest particles; off the surface where that is curved
   std::vector<Vector> normal;   // unit normal of the surface; 0 for lines and solids
   std::vector<bool> folded;     // true where the surface has a crease and thus no tangent plane
-  std::vector<Vector> stretch;  // static stretch, see stretch_by_weight(); empty: none
+  std::vector<Vector> stretch;  // static stretch, as in CoarseningGraph; empty: none
   std::vector<double> mass;     // kg
   std::vector<bool> pinned;
   std::vector<Link> links;   // pairs with a constraint between them

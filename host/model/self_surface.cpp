@@ -59,7 +59,7 @@ SelfSurface surface_of(const Model& model, const std::vector<std::string>& named
   for (std::size_t b = 0; b + 1 < render_mesh.body_begin.size(); ++b) {
     const int first = render_mesh.body_begin[b], particles = render_mesh.body_begin[b + 1] - first;
     for (int i = 0; i < particles; ++i) surface.body[number[first + i]] = static_cast<int>(b);
-    if (!named.empty() && std::find(named.begin(), named.end(), model.scene.bodies[b].name) == named.end()) continue;
+    if (!named.empty() && std::ranges::find(named, model.scene.bodies[b].name) == named.end()) continue;
     const std::size_t before = surface.simplices.size();
     add_simplices(body_mesh(render_mesh, b), surface);
     for (std::size_t e = before; e < surface.simplices.size(); ++e)
@@ -67,8 +67,8 @@ SelfSurface surface_of(const Model& model, const std::vector<std::string>& named
     for (int i = 0; i < particles; ++i) surface.takes_part[number[first + i]] = 1;
   }
   const auto lowest = [](const Simplex& e) { return std::min({e.corner[0], e.corner[1], e.corner[2]}); };
-  std::stable_sort(surface.simplices.begin(), surface.simplices.end(),
-                   [&](const Simplex& a, const Simplex& b) { return lowest(a) < lowest(b); });
+  std::ranges::stable_sort(surface.simplices,
+                           [&](const Simplex& a, const Simplex& b) { return lowest(a) < lowest(b); });
   return surface;
 }
 
@@ -125,7 +125,7 @@ std::vector<CrossingPair> find_crossings(const SelfSurface& surface, const std::
   const std::vector<Triangle>& faces = parts.faces;
   const std::vector<Edge>& edges = parts.edges;
   if (edges.empty() || faces.empty()) return {};
-  if (!std::all_of(x.begin(), x.end(), [](const Vec3& at) { return std::isfinite(at[0] + at[1] + at[2]); })) return {};
+  if (!std::ranges::all_of(x, [](const Vec3& at) { return std::isfinite(at[0] + at[1] + at[2]); })) return {};
   const std::vector<Vec3> rotated = rotated_to(main_directions(edges, x), x);
   double size = 0;
   for (const Vec3& at : rotated) size = std::max({size, std::abs(at[0]), std::abs(at[1]), std::abs(at[2])});
@@ -138,7 +138,7 @@ std::vector<CrossingPair> find_crossings(const SelfSurface& surface, const std::
   std::vector<CrossingPair> found;
   std::vector<int> crossed;
   for (const auto& [p, q] : edges) {
-    tree.for_each_on_segment(rotated[p], rotated[q], [&, p = p, q = q](int f) {
+    tree.for_each_overlap(bounds_of(rotated, Edge{p, q}), [&, p = p, q = q](int f) {
       const auto& [a, b, c] = faces[f];
       if (tests != nullptr) ++*tests;
       if (p == a || p == b || p == c || q == a || q == b || q == c) return;
@@ -146,7 +146,7 @@ std::vector<CrossingPair> find_crossings(const SelfSurface& surface, const std::
                                                                        : crosses(x[p], x[q], x[a], x[b], x[c]);
       if (meet) crossed.push_back(f);
     });
-    std::sort(crossed.begin(), crossed.end());  // the order of the tree is unspecified
+    std::ranges::sort(crossed);  // the order of the tree is unspecified
     for (const int f : crossed) found.push_back({{p, q}, faces[f]});
     crossed.clear();
   }

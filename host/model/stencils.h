@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Iteration over the stencils of a model, with their weights (kernels/projection/stencil.h).
 #pragma once
-#include <algorithm>
-#include <array>
-
 #include "host/model/model.h"
 #include "kernels/constraints/constraint_registry.h"
 #include "kernels/projection/rest.h"
@@ -25,8 +22,8 @@ struct StencilOf {
   static constexpr int n = Kind::particles;
   const int* particles;
   double alpha;  // compliance
-  std::array<std::array<double, n>, Stencil::vectors> weights;
-  std::array<double, Stencil::coefficients> own;  // parameters of the stencil, see Stencil::weights()
+  double weights[Stencil::vectors][n];
+  double own[Stencil::coefficients];  // parameters of the stencil, see Stencil::weights()
 };
 
 /// Stencil c of a set, at the rest positions X (m).
@@ -36,10 +33,7 @@ StencilOf<Kind> stencil_of(const ConstraintSet& set, int c, const std::vector<Ve
   StencilOf<Kind> one{&set.particles[std::size_t(c) * Kind::particles], set.alpha(c), {}, {}};
   Vector3<double> q[Kind::particles];
   corners<Kind>(X.data(), one.particles, q);
-  double weights[Stencil::vectors][Kind::particles], own[Stencil::coefficients];
-  Stencil::weights(q, set.parameter, weights, own);
-  for (int k = 0; k < Stencil::vectors; ++k) std::copy_n(weights[k], Kind::particles, one.weights[k].begin());
-  std::copy_n(own, Stencil::coefficients, one.own.begin());
+  Stencil::weights(q, set.parameter, one.weights, one.own);
   return one;
 }
 

@@ -2,6 +2,8 @@
 #include "host/model/tear.h"
 
 #include <algorithm>
+#include <map>
+#include <set>
 
 #include "host/mesh/topology.h"
 #include "host/mesh/vectors.h"
@@ -12,17 +14,28 @@ namespace malha {
 
 namespace {
 
+/// Number of faces and lines; lines are numbered after the faces.
+int elements_of(const Mesh& mesh) { return static_cast<int>(mesh.faces.size() + mesh.lines.size()); }
+
+/// Calls visit(corner) for each corner of a face or line.
+template <class Visit>
+void each_corner(const Mesh& mesh, int element, const Visit& visit) {
+  const int faces = static_cast<int>(mesh.faces.size());
+  if (element >= faces)
+    for (const int end : mesh.lines[element - faces]) visit(end);
+  else
+    for (const int corner : mesh.faces[element])
+      if (corner >= 0) visit(corner);
+}
+
 /// Finds the splits of one body.
 class Tearer {
  public:
   /// `x` are the positions of the body's particles, `pinned` whether each of them is pinned.
   Tearer(int body, const Mesh& rest, const Vec3* x, std::vector<bool> pinned)
       : body_(body), rest_(rest), x_(x), excluded_(std::move(pinned)), incident_(rest.points.size()) {
-    for (std::size_t f = 0; f < rest.faces.size(); ++f)
-      for (const int corner : rest.faces[f])
-        if (corner >= 0) incident_[corner].push_back(static_cast<int>(f));
-    for (std::size_t l = 0; l < rest.lines.size(); ++l)
-      for (const int end : rest.lines[l]) incident_[end].push_back(static_cast<int>(rest.faces.size() + l));
+    for (int e = 0; e < elements_of(rest); ++e)
+      each_corner(rest, e, [&](int corner) { incident_[corner].push_back(e); });
   }
 
   std::vector<Split> find(double limit) {
@@ -35,8 +48,7 @@ class Tearer {
       const double strain = norm(minus(x_[e[1]], x_[e[0]])) / norm(minus(rest_.points[e[1]], rest_.points[e[0]])) - 1;
       if (strain > limit) strained.push_back({strain, e});
     }
-    std::stable_sort(strained.begin(), strained.end(),
-                     [](const Strained& a, const Strained& b) { return a.strain > b.strain; });
+    std::ranges::stable_sort(strained, [](const Strained& a, const Strained& b) { return a.strain > b.strain; });
     std::vector<Split> splits;
     for (const Strained& s : strained)
       for (const int end : {0, 1})
@@ -60,25 +72,16 @@ class Tearer {
         split.lines.push_back(element - faces);
     }
     if (stay == 0 || stay == incident_[vertex].size()) return false;
-    for (const int element : incident_[vertex]) each_corner(element, [this](int corner) { excluded_[corner] = true; });
+    for (const int element : incident_[vertex])
+      each_corner(rest_, element, [this](int corner) { excluded_[corner] = true; });
     splits.push_back(std::move(split));
     return true;
-  }
-
-  template <class Visit>
-  void each_corner(int element, const Visit& visit) const {
-    const int faces = static_cast<int>(rest_.faces.size());
-    if (element >= faces)
-      for (const int end : rest_.lines[element - faces]) visit(end);
-    else
-      for (const int corner : rest_.faces[element])
-        if (corner >= 0) visit(corner);
   }
 
   Vec3 centre(int element) const {
     Vec3 sum{0, 0, 0};
     int corners = 0;
-    each_corner(element, [&](int i) {
+    each_corner(rest_, element, [&](int i) {
       for (int k = 0; k < 3; ++k) sum[k] += x_[i][k];
       ++corners;
     });
@@ -92,13 +95,86 @@ class Tearer {
   std::vector<std::vector<int>> incident_;  // faces and lines of each vertex; lines are numbered after the faces
 };
 
+/// The cut through one body, in the body's numbering. It runs on the side of the first ends of the edges.
+class Cutter {
+ public:
+  Cutter(int body, const Mesh& mesh, const std::set<Edge>& crossed) : body_(body), mesh_(mesh), crossed_(crossed) {}
+
+  std::vector<Split> find() {
+    std::map<int, Split> splits;  // of each vertex on the cut; crossed faces and lines get its duplicate
+    std::vector<int> incident(mesh_.points.size(), 0);
+    const int faces = static_cast<int>(mesh_.faces.size());
+    for (int e = 0; e < elements_of(mesh_); ++e) {
+      std::vector<int> corners;
+      each_corner(mesh_, e, [&](int corner) { corners.push_back(corner); });
+      for (const int corner : corners) ++incident[corner];
+      for (const int corner : on_the_cut(corners)) {
+        Split& split = splits.try_emplace(corner, Split{body_, corner, {}, {}}).first->second;
+        e < faces ? split.faces.push_back(e) : split.lines.push_back(e - faces);
+      }
+    }
+    std::vector<Split> found;
+    for (auto& [vertex, split] : splits)
+      if (static_cast<int>(split.faces.size() + split.lines.size()) < incident[vertex])
+        found.push_back(std::move(split));
+    return found;
+  }
+
+ private:
+  /// The corners at which a crossed face or line gets duplicates; none if it is not crossed.
+  std::vector<int> on_the_cut(const std::vector<int>& corners) const {
+    const std::size_t n = corners.size();
+    std::vector<bool> cut(n, false), beyond(n, false);
+    for (std::size_t i = 0; i < n; ++i)
+      for (std::size_t j = 0; j < n; ++j)
+        if (crossed_.count({corners[i], corners[j]})) cut[i] = beyond[j] = true;
+    // A face that the knife crosses completely is separated from all corners on one side of it. Otherwise the knife
+    // ended inside of it.
+    std::vector<bool> crossed_sides(n);
+    for (std::size_t i = 0; i < n; ++i) crossed_sides[i] = is_crossed(corners[i], corners[(i + 1) % n]);
+    if (std::ranges::count(crossed_sides, true) > 1)
+      for (std::size_t round = 0; round < n; ++round)
+        for (std::size_t i = 0; i < n; ++i) {
+          const std::size_t next = (i + 1) % n;
+          if (crossed_sides[i] || cut[i] == cut[next]) continue;
+          const std::size_t other = cut[i] ? next : i;
+          if (!beyond[other]) cut[other] = true;
+        }
+    std::vector<int> found;
+    for (std::size_t i = 0; i < n; ++i)
+      if (cut[i]) found.push_back(corners[i]);
+    return found;
+  }
+  bool is_crossed(int a, int b) const { return crossed_.count({a, b}) || crossed_.count({b, a}); }
+
+  int body_;
+  const Mesh& mesh_;
+  const std::set<Edge>& crossed_;
+};
+
+/// The body of an edge that is cut. Throws InputError for an edge that cannot be cut.
+int body_to_cut(const Model& model, const Edge& edge) {
+  for (const int end : edge)
+    if (end < 0 || end >= model.count())
+      throw InputError("cut: found particle " + std::to_string(end) + "; allowed: 0 to " +
+                       std::to_string(model.count() - 1));
+  const int body = body_of(model, edge[0]);
+  if (body != body_of(model, edge[1]))
+    throw InputError("cut: found " + particle_name(model, edge[0]) + " and " + particle_name(model, edge[1]) +
+                     "; allowed: both of one body");
+  if (!model.scene.bodies[body].tear)
+    throw InputError("cut: found body '" + model.scene.bodies[body].name +
+                     "', which does not tear; allowed: one with \"tear\"");
+  return body;
+}
+
 }  // namespace
 
 void apply(const Split& split, Mesh& mesh) {
   const int duplicate = static_cast<int>(mesh.points.size());
   mesh.points.push_back(Vec3(mesh.points[split.vertex]));
-  for (const int f : split.faces) std::replace(mesh.faces[f].begin(), mesh.faces[f].end(), split.vertex, duplicate);
-  for (const int l : split.lines) std::replace(mesh.lines[l].begin(), mesh.lines[l].end(), split.vertex, duplicate);
+  for (const int f : split.faces) std::ranges::replace(mesh.faces[f], split.vertex, duplicate);
+  for (const int l : split.lines) std::ranges::replace(mesh.lines[l], split.vertex, duplicate);
 }
 
 Mesh body_mesh(const RenderMesh& render_mesh, std::size_t body) {
@@ -160,7 +236,7 @@ TearableEdges tearable_edges(const Model& model) {
 }
 
 bool can_tear(const Scene& scene) {
-  return std::any_of(scene.bodies.begin(), scene.bodies.end(), [](const BodySpec& b) { return b.tear.has_value(); });
+  return std::ranges::any_of(scene.bodies, [](const BodySpec& b) { return b.tear.has_value(); });
 }
 
 std::vector<int> ancestors(const Model& before, const Model& after, const std::vector<Split>& splits,
@@ -200,11 +276,7 @@ std::vector<Split> decode_splits(const std::vector<int>& numbers, const Scene& s
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
     meshes.push_back(scene.bodies[b].tear ? body_mesh(intact, b) : Mesh{});
     auto& counts = incident.emplace_back(meshes[b].points.size(), 0);
-    for (const Quad& face : meshes[b].faces)
-      for (const int corner : face)
-        if (corner >= 0) ++counts[corner];
-    for (const Edge& line : meshes[b].lines)
-      for (const int end : line) ++counts[end];
+    for (int e = 0; e < elements_of(meshes[b]); ++e) each_corner(meshes[b], e, [&](int corner) { ++counts[corner]; });
   }
   std::vector<Split> splits;
   std::size_t at = 0;
@@ -227,7 +299,7 @@ std::vector<Split> decode_splits(const std::vector<int>& numbers, const Scene& s
       for (std::size_t i = 0; i < list.size(); ++i) {
         const int e = list[i];
         require((i == 0 || e > list[i - 1]) && e >= 0 && e < int(elements.size()) &&
-                    std::find(elements[e].begin(), elements[e].end(), split.vertex) != elements[e].end(),
+                    std::ranges::find(elements[e], split.vertex) != elements[e].end(),
                 what + " " + std::to_string(e), "those of vertex " + std::to_string(split.vertex) + ", ascending");
       }
     };
@@ -242,6 +314,25 @@ std::vector<Split> decode_splits(const std::vector<int>& numbers, const Scene& s
     splits.push_back(std::move(split));
   }
   return splits;
+}
+
+std::vector<Split> find_cuts(const Model& model, const std::vector<Edge>& crossed, const std::vector<bool>& pinned) {
+  std::map<int, std::vector<Edge>> of_bodies;
+  for (const Edge& edge : crossed) of_bodies[body_to_cut(model, edge)].push_back(edge);
+  std::vector<Split> all;
+  for (const auto& [body, edges] : of_bodies) {
+    std::set<int> pinned_ends[2];  // on either side
+    for (const Edge& edge : edges)
+      for (const int side : {0, 1})
+        if (pinned[edge[side]]) pinned_ends[side].insert(edge[side]);
+    const int side = pinned_ends[1].size() < pinned_ends[0].size() ? 1 : 0, first = model.render_mesh.body_begin[body];
+    std::set<Edge> directed;
+    for (const Edge& edge : edges) directed.insert({edge[side] - first, edge[1 - side] - first});
+    const Mesh mesh = body_mesh(model.render_mesh, body);
+    const std::vector<Split> found = Cutter(body, mesh, directed).find();
+    all.insert(all.end(), found.begin(), found.end());
+  }
+  return all;
 }
 
 }  // namespace malha

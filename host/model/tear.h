@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tearing (Müller et al. 2006, figure 10): the vertices that split, and the model after the splits.
+// Tearing (Müller et al. 2006, figure 10) and cutting by a knife: the vertices that split, and the model after the
+// splits.
 #pragma once
 #include <vector>
 
@@ -22,6 +23,14 @@ void apply(const Split& split, Mesh& mesh);
 /// neighbourhood, so that only one vertex of a neighbourhood splits at a time. Pinned vertices do not split, nor those
 /// with no faces or lines beyond the plane. `pinned`: see pinned_now().
 std::vector<Split> find_tears(const Model& model, const std::vector<Vec3>& x, const std::vector<bool>& pinned);
+
+/// Finds the cut of a knife: the splits that separate the two ends of these edges (the user's numbering), each given as
+/// {left, right} of the knife. The cut runs along edges of the mesh, on the left of the knife, or on the right if fewer
+/// ends are pinned there. Crossed faces stay whole, on the other side of the cut. A vertex all of whose faces are
+/// crossed is not split. Pinned vertices split too, and both resulting particles are pinned. Ends that no longer share
+/// a face or line are left as they are. `pinned`: see pinned_now(). Throws InputError for an index out of range, for an
+/// edge between two bodies, and for a body without "tear".
+std::vector<Split> find_cuts(const Model& model, const std::vector<Edge>& crossed, const std::vector<bool>& pinned);
 
 /// Tells whether each particle (the user's numbering) is pinned at `time` (s), or among the particles `held` by the
 /// user.

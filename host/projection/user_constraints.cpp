@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "host/mesh/compressed_lists.h"
 #include "host/mesh/vectors.h"
 #include "host/model/ordering/colour.h"
 #include "kernels/projection/direction.h"
@@ -64,14 +65,10 @@ UserBatches make_batches(const UserConstraint& constraint, const std::vector<int
   std::vector<int> list;
   for (const int user : constraint.particles) list.push_back(solver_of[user]);
   const Colouring colours = colour(list, k, std::vector<bool>(solver_of.size(), false));
-  UserBatches batches;
-  batches.index.resize(colours.colour.size());
-  std::iota(batches.index.begin(), batches.index.end(), 0);
-  std::stable_sort(batches.index.begin(), batches.index.end(),
-                   [&](int a, int b) { return colours.colour[a] < colours.colour[b]; });
-  batches.begin.assign(colours.count + 1, 0);
-  for (const int c : colours.colour) ++batches.begin[c + 1];
-  std::partial_sum(batches.begin.begin(), batches.begin.end(), batches.begin.begin());
+  CompressedLists<int> by_colour(colours.count, [&](const auto& add) {
+    for (std::size_t c = 0; c < colours.colour.size(); ++c) add(colours.colour[c], static_cast<int>(c));
+  });
+  UserBatches batches{std::move(by_colour.begin), std::move(by_colour.list), {}};
   for (const int c : batches.index) batches.list.insert(batches.list.end(), &list[c * k], &list[c * k] + k);
   return batches;
 }

@@ -126,7 +126,7 @@ class UserConstraints {
   };
 
   void start(Set& set, const Points<R>& x, const R* w) const {
-    std::fill(set.lambda.begin(), set.lambda.end(), 0.0);
+    std::ranges::fill(set.lambda, 0.0);
     set.start = gather(set, x, w, 0, static_cast<int>(set.batches.list.size()));
     set.along.assign(set.start.size(), Vec3{0, 0, 0});
     std::vector<double> C(set.lambda.size(), 0);

@@ -5,7 +5,7 @@
 #include <sstream>
 
 #include "host/mesh/vectors.h"
-#include "host/mesh/vertices.h"
+#include "host/mesh/weld.h"
 #include "malha/text.h"
 
 namespace malha {

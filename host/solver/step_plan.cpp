@@ -6,8 +6,6 @@
 #include <initializer_list>
 #include <utility>
 
-#include "host/model/validate_outputs.h"
-
 namespace malha {
 
 std::string_view name_of(Stage stage) {

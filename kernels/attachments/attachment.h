@@ -2,7 +2,7 @@
 // Kinematic particles that follow a rigid motion, and attachments: springs from particles to points that follow one.
 #pragma once
 #include "kernels/attachments/pose.h"
-#include "kernels/parallel/reductions.h"
+#include "kernels/parallel/compute.h"
 #include "kernels/simd/particles.h"
 
 namespace malha {

@@ -4,7 +4,7 @@
 // with the gradients of Bridson, Marino, Fedkiw 2003 (also Tamstorf, Grinspun 2013).
 #pragma once
 #include "kernels/constraints/isometric_bending.h"
-#include "kernels/simd/atan2.h"
+#include "kernels/simd/elementary_functions.h"
 
 namespace malha {
 
@@ -13,11 +13,9 @@ struct Bending {
   static constexpr Element element = Element::Hinges;
   static constexpr int particles = 4;
   static constexpr bool inequality = false;
-  static constexpr bool has_strain = false;
   static constexpr Strength strength{true, "rigidity", "N m"};
   static constexpr Filtered filtered = Filtered::Stencil;
   using Stencil = IsometricBending::Stencil;
-  static constexpr Degenerate degenerate = Degenerate::Skipped;
   static constexpr int rest_values = 2;
   static constexpr double min_turn_cosine = 0.97;
   static constexpr int per_max_step = 1;
@@ -28,8 +26,7 @@ struct Bending {
   /// rest, because a straight step also stretches the triangles, and a bound by the current height would grow with it.)
   template <class S>
   KERNEL static void rest(const Vector3<S> (&X)[4], S rest_scale, S (&rest)[2]) {
-    using R = typename RealOf<S>::type;
-    const S zero(R(0)), one(R(1));
+    const S zero(0), one(1);
     Vector3<S> grad[4];
     S scale;
     rest[0] = zero;
@@ -42,8 +39,7 @@ struct Bending {
   template <class S, class Mask>
   KERNEL static S evaluate(const Vector3<S> (&p)[4], const S* rest, const Mask& valid, Vector3<S> (&grad)[4],
                            S& scale) {
-    using R = typename RealOf<S>::type;
-    const S zero(R(0)), one(R(1));
+    const S zero(0), one(1);
     scale = one;
     const Vector3<S> e = p[1] - p[0];
     const Vector3<S> from0to2 = p[2] - p[0], from1to2 = p[2] - p[1];
@@ -52,8 +48,8 @@ struct Bending {
     const S e2 = dot(e, e), a1 = dot(n1, n1), a2 = dot(n2, n2);
     // A triangle without area has no normal, and a zero gradient skips it. Areas are compared with the edge, whatever
     // the scale.
-    const S sliver = e2 * e2 * S(R(1e-12));
-    const auto whole = (select(a1 < a2, a1, a2) > max(sliver, S(tiny<R>()))) & valid;
+    const S sliver = e2 * e2 * S(1e-12);
+    const auto whole = (select(a1 < a2, a1, a2) > max(sliver, S(tiny<S>()))) & valid;
     const S length = sqrt(select(whole, e2, one));
     const S u1 = one / select(whole, a1, one), u2 = one / select(whole, a2, one);
     const Vector3<S> m1 = n1 * u1, m2 = n2 * u2;
@@ -63,7 +59,7 @@ struct Bending {
     grad[0] = or_zero(whole, m1 * (-dot(from1to2, e) * per_edge) + m2 * (-dot(from1to3, e) * per_edge));
     grad[1] = or_zero(whole, m1 * (dot(from0to2, e) * per_edge) + m2 * (dot(from0to3, e) * per_edge));
     const S theta = arctangent2(dot(e, cross(n1, n2)) * per_edge, dot(n1, n2));
-    const S pi(R(3.14159265358979323846)), turn = pi + pi;
+    const S pi(3.14159265358979323846), turn = pi + pi;
     S C = theta - rest[0];
     C = select(C > pi, C - turn, select(C < -pi, C + turn, C));
     return select(whole, C, zero);

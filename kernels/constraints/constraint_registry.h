@@ -6,7 +6,6 @@
 
 #include "kernels/constraints/bending.h"
 #include "kernels/constraints/distance.h"
-#include "kernels/constraints/distance_limit.h"
 #include "kernels/constraints/isometric_bending.h"
 #include "kernels/constraints/membrane.h"
 #include "kernels/constraints/neo_hookean.h"

@@ -10,10 +10,8 @@ struct Distance {
   static constexpr Element element = Element::Edges;
   static constexpr int particles = 2;
   static constexpr bool inequality = false;
-  static constexpr bool has_strain = true;  // C / l
   static constexpr Strength strength{true, "rigidity", "N/m of a surface, N of a line"};
   static constexpr Filtered filtered = Filtered::Spring;
-  static constexpr Degenerate degenerate = Degenerate::Skipped;
   static constexpr int rest_values = 1;
   static constexpr Parameter parameter{"rest_scale", 1, 0, false};
 
@@ -32,6 +30,33 @@ struct Distance {
     grad[1] = -grad[0];
     scale = sqrt(dot(grad[0], grad[0]));
     return scale * (scale - rest[0]);
+  }
+};
+
+/// distance_limit: C = (1 + tau) l - |p0 - p1| >= 0, Provot's elongation limit (Graphics Interface 1995) as an
+/// inequality: it acts only on edges that are stretched beyond the limit.
+struct DistanceLimit {
+  static constexpr const char* name = "distance_limit";
+  static constexpr Element element = Element::Edges;
+  static constexpr int particles = 2;
+  static constexpr bool inequality = true;
+  static constexpr Strength strength{true, nullptr, nullptr};
+  static constexpr Filtered filtered = Filtered::After;
+  static constexpr int rest_values = 1;
+  static constexpr Parameter parameter{"limit", 0.1, 0, true};
+
+  /// (1 + tau) l, m.
+  template <class S>
+  KERNEL static void rest(const Vector3<S> (&X)[2], S limit, S (&rest)[1]) {
+    Distance::rest(X, S(1) + limit, rest);
+  }
+
+  template <class S, class Mask>
+  KERNEL static S evaluate(const Vector3<S> (&p)[2], const S* rest, const Mask& valid, Vector3<S> (&grad)[2],
+                           S& scale) {
+    const S excess = Distance::evaluate(p, rest, valid, grad, scale);
+    grad[0] = -grad[0], grad[1] = -grad[1];
+    return -excess;
   }
 };
 

@@ -15,10 +15,8 @@ struct IsometricBending {
   static constexpr Element element = Element::Hinges;
   static constexpr int particles = 4;
   static constexpr bool inequality = false;
-  static constexpr bool has_strain = false;
   static constexpr Strength strength{true, "rigidity", "N m"};
   static constexpr Filtered filtered = Filtered::Stencil;
-  static constexpr Degenerate degenerate = Degenerate::Projected;
   static constexpr int rest_values = 4;
   static constexpr Parameter parameter{"rest_scale", 1, 0, true};
   static constexpr double min_turn_cosine = 0.97;
@@ -27,11 +25,10 @@ struct IsometricBending {
   /// sum. All are 0 for a hinge with a triangle without area.
   template <class S>
   KERNEL static void rest(const Vector3<S> (&X)[4], S rest_scale, S (&rest)[4]) {
-    using R = typename RealOf<S>::type;
-    const S zero(R(0)), one(R(1));
+    const S zero(0), one(1);
     const Vector3<S> e = X[1] - X[0], a = X[2] - X[0], b = X[3] - X[0];
     const S e2 = dot(e, e), n1 = sqrt(dot(cross(e, a), cross(e, a))), n2 = sqrt(dot(cross(e, b), cross(e, b)));
-    const auto whole = select(n1 < n2, n1, n2) > max(e2 * S(R(1e-6)), S(tiny<R>()));
+    const auto whole = select(n1 < n2, n1, n2) > max(e2 * S(1e-6), S(tiny<S>()));
     // Cotangents of the angles at both ends of the edge, in both triangles; all over the edge.
     const S length = sqrt(e2), per_edge = one / select(whole, length, one);
     const S u1 = per_edge / select(whole, n1, one), u2 = per_edge / select(whole, n2, one);
@@ -40,17 +37,16 @@ struct IsometricBending {
     rest[1] = select(whole, at1, zero), rest[2] = select(whole, at0, zero), rest[3] = select(whole, -e2 * u1, zero);
     const Vector3<S> fold = fold_of(X, rest);
     const S folded = sqrt(dot(fold, fold));  // for a flat hinge, the rounding error of its weights
-    rest[0] = select(folded > S(R(1e-9)), folded * side_of(X, rest, fold) * rest_scale, zero);
+    rest[0] = select(folded > S(1e-9), folded * side_of(X, rest, fold) * rest_scale, zero);
   }
 
   /// C and its gradients times |sum K_j p_j|, as Distance does.
   template <class S, class Mask>
   KERNEL static S evaluate(const Vector3<S> (&p)[4], const S* rest, const Mask& valid, Vector3<S> (&grad)[4],
                            S& scale) {
-    using R = typename RealOf<S>::type;
     const Vector3<S> fold = or_zero(valid, fold_of(p, rest));
     // A hinge that is flat at rest has no side, and a multiplier of one sign.
-    const S flat(R(0)), side = select(rest[0] == flat, S(R(1)), side_of(p, rest, fold));
+    const S flat(0), side = select(rest[0] == flat, S(1), side_of(p, rest, fold));
     for (int j = 0; j < 3; ++j) grad[j] = or_zero(valid, fold * (rest[1 + j] * side));
     grad[3] = -(grad[0] + grad[1] + grad[2]);
     scale = sqrt(dot(fold, fold));
@@ -71,7 +67,7 @@ struct IsometricBending {
     }
     template <class S>
     KERNEL static void target(const Vector3<S> (&f)[1], const S* own, Vector3<S> (&d)[1]) {
-      const S zero(typename RealOf<S>::type(0)), one(typename RealOf<S>::type(1)), length = sqrt(dot(f[0], f[0]));
+      const S zero(0), one(1), length = sqrt(dot(f[0], f[0]));
       d[0] = f[0] * select(length > zero, own[0] / select(length > zero, length, one), zero);
     }
     /// The harmonic mean of the wings' heights over the edge, which converts the force of a spring between them to a
@@ -102,8 +98,7 @@ struct IsometricBending {
   /// side: within 120 degrees of the side at rest it counts as on that side.
   template <class S>
   KERNEL static S side_of(const Vector3<S> (&p)[4], const S* rest, const Vector3<S>& fold) {
-    using R = typename RealOf<S>::type;
-    const S one(R(1)), K3 = -(rest[1] + rest[2] + rest[3]), at_rest = select(rest[0] < S(R(0)), -one, one);
+    const S one(1), K3 = -(rest[1] + rest[2] + rest[3]), at_rest = select(rest[0] < S(0), -one, one);
     const Vector3<S> normal = cross(p[1] - p[0], (p[3] - p[0]) * K3 - (p[2] - p[0]) * rest[3]);
     const S along = dot(fold, normal) * at_rest;
     return select(along + along < -sqrt(dot(fold, fold) * dot(normal, normal)), -at_rest, at_rest);

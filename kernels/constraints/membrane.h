@@ -19,10 +19,8 @@ struct Membrane {
   static constexpr Element element = Element::Triangles;
   static constexpr int particles = 3;
   static constexpr bool inequality = false;
-  static constexpr bool has_strain = false;
   static constexpr Strength strength{false, "young_modulus", "N/m"};
   static constexpr Filtered filtered = Filtered::Stencil;
-  static constexpr Degenerate degenerate = Degenerate::Projected;
   static constexpr int rest_values = 5;
   static constexpr int multipliers = 3;
   static constexpr Parameter parameter{"poisson_ratio", 0.3, 0, true,
@@ -35,15 +33,14 @@ struct Membrane {
   /// are 0 for a triangle whose height is less than a millionth of its size.
   template <class S>
   KERNEL static void rest(const Vector3<S> (&X)[3], S nu, S (&rest)[5]) {
-    using R = typename RealOf<S>::type;
-    const S zero(R(0)), one(R(1));
+    const S zero(0), one(1);
     const Vector3<S> e = X[1] - X[0], g = X[2] - X[0], n = cross(e, g);
     const S e2 = dot(e, e), area2 = sqrt(dot(n, n));  // twice the area
-    const auto long_enough = e2 > S(tiny<R>());
-    const auto wide_enough = area2 > max((e2 + dot(g, g)) * S(R(1e-6)), S(tiny<R>()));
+    const auto long_enough = e2 > S(tiny<S>());
+    const auto wide_enough = area2 > max((e2 + dot(g, g)) * S(1e-6), S(tiny<S>()));
     const auto whole = wide_enough & long_enough;
     const S per_e = one / sqrt(select(whole, e2, one)), per_area2 = one / select(whole, area2, one);
-    const S part = select(whole, area2 / S(R(4)), zero);  // half the area
+    const S part = select(whole, area2 / S(4), zero);  // half the area
     rest[0] = select(whole, per_e, zero);
     rest[1] = select(whole, -dot(e, g) * per_e * per_area2, zero);
     rest[2] = select(whole, sqrt(e2) * per_area2, zero);
@@ -55,11 +52,10 @@ struct Membrane {
   template <class S, class Mask>
   KERNEL static S evaluate(const Vector3<S> (&p)[3], const S* rest, const Mask& valid, Vector3<S> (&grad)[3],
                            S& scale) {
-    using R = typename RealOf<S>::type;
-    const S zero(R(0)), one(R(1));
+    const S zero(0), one(1);
     const Deformed<S> now(p, rest, valid);
     const S C = sqrt(now.C[0] * now.C[0] + now.C[1] * now.C[1] + now.C[2] * now.C[2]);
-    const auto strained = C > S(tiny<R>());
+    const auto strained = C > S(tiny<S>());
     const S per_C = one / select(strained, C, one);
     S part[3];
     for (int m = 0; m < 3; ++m) part[m] = select(strained, now.C[m] * per_C, m == 0 ? one : zero);
@@ -84,13 +80,12 @@ struct Membrane {
   template <class S, class Mask>
   KERNEL static void step(const Vector3<S> (&p)[3], const Vector3<S> (&x)[3], const S (&w)[3], const S* rest,
                           const Mask& valid, S alpha, S max_start_step, S (&sum)[3], Vector3<S> (&move)[3]) {
-    using R = typename RealOf<S>::type;
     const Deformed<S> now(p, rest, valid);
     const typename Deformed<S>::Masses B(now.q, w);
     S A[3][3], dlambda[3];
     now.response(B, A);
     solve_at_once(A, now.C, alpha, sum, valid, dlambda);
-    const S max_turn(R(0.2)), omega = now.turning(B, dlambda);
+    const S max_turn(0.2), omega = now.turning(B, dlambda);
     const S part = max_turn / max(max(omega, -omega), max_turn);
     for (int m = 0; m < 3; ++m) {
       dlambda[m] = dlambda[m] * part;
@@ -104,7 +99,7 @@ struct Membrane {
     // stable up to half of `max_start_step`.
     const Vector3<S> e = carried[1] * w[1] - carried[0] * w[0], g = carried[2] * w[2] - carried[0] * w[0];
     const Vector3<S> f1 = e * now.q[0], f2 = e * now.q[1] + g * now.q[2];
-    blend_with_start(max_start_step, S(R(4)) * (dot(f1, f1) + dot(f2, f2)), w, along, move);
+    blend_with_start(max_start_step, S(4) * (dot(f1, f1) + dot(f2, f2)), w, along, move);
   }
 
   /// In the filter both columns of F times sqrt(A w / Y) are springs of the stiffness w = Y / (1 - nu), the largest of
@@ -124,9 +119,8 @@ struct Membrane {
     }
     template <class S>
     KERNEL static void target(const Vector3<S> (&f)[2], const S* own, Vector3<S> (&d)[2]) {
-      using R = typename RealOf<S>::type;
-      const S one(R(1));
-      const auto whole = own[0] > S(R(0));
+      const S one(1);
+      const auto whole = own[0] > S(0);
       const S per_size = one / select(whole, own[0], one);
       const Turned<S> at({f[0] * per_size, f[1] * per_size}, whole);
       const S T11 = dot(at.r[0], f[0]), T12 = dot(at.r[0], f[1]), T22 = dot(at.r[1], f[1]);
@@ -145,13 +139,12 @@ struct Membrane {
 
     template <class Mask>
     KERNEL Turned(const Vector3<S> (&f)[2], const Mask& valid) {
-      using R = typename RealOf<S>::type;
-      const S zero(R(0)), one(R(1)), F2 = dot(f[0], f[0]) + dot(f[1], f[1]);
-      const auto whole = valid & (F2 > S(R(1e-12)));  // otherwise all corners coincide
+      const S zero(0), one(1), F2 = dot(f[0], f[0]) + dot(f[1], f[1]);
+      const auto whole = valid & (F2 > S(1e-12));  // otherwise all corners coincide
       // A triangle that is crushed to a line, or stretched so far that squares leave float's range, has no normal: n
       // goes to 0, and the rest of R pulls along the sides. With the same J in t this has no torque.
-      const Vector3<S> u = or_zero(whole & (F2 < S(R(1e16))), cross(f[0], f[1]));
-      const S J = max(sqrt(dot(u, u)), select(whole, F2 * S(R(1e-6)), one));
+      const Vector3<S> u = or_zero(whole & (F2 < S(1e16)), cross(f[0], f[1]));
+      const S J = max(sqrt(dot(u, u)), select(whole, F2 * S(1e-6), one));
       const Vector3<S> n = u * (one / J);
       per_t = select(whole, one / sqrt(select(whole, F2 + J + J, one)), zero);
       r[0] = (f[0] + cross(f[1], n)) * per_t, r[1] = (f[1] + cross(n, f[0])) * per_t;
@@ -176,8 +169,7 @@ struct Membrane {
 
     template <class Mask>
     KERNEL Deformed(const Vector3<S> (&p)[3], const S* rest, const Mask& valid) {
-      using R = typename RealOf<S>::type;
-      const S zero(R(0)), two(R(2));
+      const S zero(0), two(2);
       for (int i = 0; i < 3; ++i) q[i] = select(valid, rest[i], zero);
       for (int i = 0; i < 2; ++i) k[i] = select(valid, rest[3 + i], zero);
       const Vector3<S> e = or_zero(valid, p[1] - p[0]), g = or_zero(valid, p[2] - p[0]);

@@ -13,7 +13,7 @@
 #pragma once
 #include "kernels/projection/direction.h"
 #include "kernels/projection/project_constraint.h"
-#include "kernels/simd/log.h"
+#include "kernels/simd/elementary_functions.h"
 
 namespace malha {
 
@@ -22,10 +22,8 @@ struct NeoHookean {
   static constexpr Element element = Element::Tetrahedra;
   static constexpr int particles = 4;
   static constexpr bool inequality = false;
-  static constexpr bool has_strain = false;
   static constexpr Strength strength{false, "young_modulus", "Pa"};
   static constexpr Filtered filtered = Filtered::After;
-  static constexpr Degenerate degenerate = Degenerate::Projected;
   static constexpr int rest_values = 7;
   static constexpr int multipliers = 2;  // projected by step(); the compliance is 1/mu
   static constexpr Parameter parameter{"poisson_ratio", 0.3, 0, true,
@@ -40,16 +38,14 @@ struct NeoHookean {
   /// elasticity.
   template <class S>
   KERNEL static S ratio(S nu) {
-    using R = typename RealOf<S>::type;
-    return S(R(8)) * (S(R(1)) - (nu + nu)) / (S(R(5)) + nu + nu);
+    return S(8) * (S(1) - (nu + nu)) / (S(5) + nu + nu);
   }
 
   /// Q = Dm^-1 of the edges from X0 in a frame in which it is upper triangular (the material is isotropic), row by row:
   /// Q00, Q01, Q02, Q11, Q12, Q22 in 1/m; and mu / lambda. V = 1 / (6 Q00 Q11 Q22).
   template <class S>
   KERNEL static void rest(const Vector3<S> (&X)[4], S nu, S (&rest)[7]) {
-    using R = typename RealOf<S>::type;
-    const S one(R(1)), zero(R(0));
+    const S one(1), zero(0);
     const Vector3<S> a = X[1] - X[0], b = X[2] - X[0], c = X[3] - X[0], n = cross(a, b);
     // a = (r00, 0, 0), b = (r01, r11, 0), c = (r02, r12, r22). A flat tetrahedron has a zero gradient.
     const S r00 = sqrt(dot(a, a)), area = sqrt(dot(n, n)), V = dot(n, c);
@@ -67,14 +63,13 @@ struct NeoHookean {
   template <class S, class Mask>
   KERNEL static S evaluate(const Vector3<S> (&p)[4], const S* rest, const Mask& valid, Vector3<S> (&grad)[4],
                            S& scale) {
-    using R = typename RealOf<S>::type;
-    const S one(R(1));
-    const auto whole = valid & (rest[6] > S(R(0)));
+    const S one(1);
+    const auto whole = valid & (rest[6] > S(0));
     const Deformed<S> now(p, rest, whole);
     const S r = select(whole, rest[6], one);
     const S excess = (now.J - now.gamma(r)) / r;  // lambda/mu (J - gamma)
     const S C = sqrt(now.F2 - logarithm(one + now.F2) + excess * excess * r);
-    const S per_C = one / select(C > S(tiny<R>()), C, one);
+    const S per_C = one / select(C > S(tiny<S>()), C, one);
     now.pull(excess * per_C, -now.softening() * per_C, grad);
     scale = one;
     return C;
@@ -103,17 +98,16 @@ struct NeoHookean {
   template <class S, class Mask>
   KERNEL static void step(const Vector3<S> (&p)[4], const Vector3<S> (&x)[4], const S (&w)[4], const S* rest,
                           const Mask& valid, S alpha, S max_start_step, S (&sum)[2], Vector3<S> (&move)[4]) {
-    using R = typename RealOf<S>::type;
-    const S zero(R(0)), one(R(1));
+    const S zero(0), one(1);
     const Deformed<S> now(p, rest, valid);
     const S b = now.response(w);
-    const auto moves = valid & (b > S(tiny<R>())) & (now.F2 > S(tiny<R>()));
-    const S own = alpha * S(R(6)) * now.q[0] * now.q[3] * now.q[5];
-    const S per_k = one / select(moves, max(own, b * S(R(1.5))), one), part = b * per_k;
+    const auto moves = valid & (b > S(tiny<S>())) & (now.F2 > S(tiny<S>()));
+    const S own = alpha * S(6) * now.q[0] * now.q[3] * now.q[5];
+    const S per_k = one / select(moves, max(own, b * S(1.5)), one), part = b * per_k;
     const S size = sqrt(now.F2), r = rest_or_zero(valid, rest[6]);
     const S left_D = now.softening() - own * sum[0] / select(moves, size, one), met_H = own * sum[1];
     const S c2 = now.cofactor2();
-    const S needed = now.gamma(r) - now.J + part * (S(R(3)) * now.J * left_D + met_H * c2);
+    const S needed = now.gamma(r) - now.J + part * (S(3) * now.J * left_D + met_H * c2);
     const S tau = needed / select(moves, r + part * c2, one);
     const S shrink = select(moves, left_D * per_k, zero), stretch = select(moves, (tau - met_H) * per_k, zero);
     sum[0] = sum[0] + shrink * size, sum[1] = sum[1] + stretch;
@@ -127,7 +121,7 @@ struct NeoHookean {
  private:
   template <class S, class Mask>
   KERNEL static S rest_or_zero(const Mask& valid, const S& a) {
-    return select(valid, a, S(typename RealOf<S>::type(0)));
+    return select(valid, a, S(0));
   }
 
   template <class S>
@@ -138,14 +132,13 @@ struct NeoHookean {
 
     template <class Mask>
     KERNEL Deformed(const Vector3<S> (&p)[4], const S* rest, const Mask& valid) {
-      using R = typename RealOf<S>::type;
       for (int k = 0; k < 6; ++k) q[k] = rest_or_zero(valid, rest[k]);
       const Vector3<S> a = or_zero(valid, p[1] - p[0]), b = or_zero(valid, p[2] - p[0]),
                        d = or_zero(valid, p[3] - p[0]);
       f[0] = a * q[0], f[1] = a * q[1] + b * q[3], f[2] = a * q[2] + b * q[4] + d * q[5];
       F2 = dot(f[0], f[0]) + dot(f[1], f[1]) + dot(f[2], f[2]);
       // Stretches are clamped to 10^4, so that squares of det F stay in float's range.
-      const S far(R(1e4)), one(R(1)), fit = select(F2 > far * far, far / sqrt(max(F2, one)), one);
+      const S far(1e4), one(1), fit = select(F2 > far * far, far / sqrt(max(F2, one)), one);
       for (Vector3<S>& column : f) column = column * fit;
       F2 = select(F2 > far * far, far * far, F2);
       c[0] = cross(f[1], f[2]), c[1] = cross(f[2], f[0]), c[2] = cross(f[0], f[1]);
@@ -153,11 +146,8 @@ struct NeoHookean {
     }
 
     /// I / (1 + I): the factor of F's force by the logarithm.
-    KERNEL S softening() const { return F2 / (F2 + S(typename RealOf<S>::type(1))); }
-    KERNEL static S gamma(const S& ratio) {
-      using R = typename RealOf<S>::type;
-      return S(R(1)) + S(R(0.75)) * ratio;
-    }
+    KERNEL S softening() const { return F2 / (F2 + S(1)); }
+    KERNEL static S gamma(const S& ratio) { return S(1) + S(0.75) * ratio; }
     KERNEL S cofactor2() const { return dot(c[0], c[0]) + dot(c[1], c[1]) + dot(c[2], c[2]); }
 
     /// Computes the corrections by G P. Q's rows are the gradients of F's columns at p1, p2, p3; at p0 they are minus

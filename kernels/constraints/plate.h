@@ -17,10 +17,8 @@ struct Plate {
   static constexpr Element element = Element::WingedTriangles;
   static constexpr int particles = 6;  // the triangle 0 1 2, and wing 3 + i beyond the side opposite to corner i
   static constexpr bool inequality = false;
-  static constexpr bool has_strain = false;
   static constexpr Strength strength{false, "rigidity", "N m"};
   static constexpr Filtered filtered = Filtered::Stencil;
-  static constexpr Degenerate degenerate = Degenerate::Skipped;
   static constexpr int rest_values = 13;  // the three angles at rest, B with C = B (theta - theta0), and 1 / max step
   static constexpr int per_max_step = 12;
   static constexpr int multipliers = 3;
@@ -33,8 +31,7 @@ struct Plate {
   /// The six points unfolded about the triangle: its corner 0 at (0, 0), its corner 1 at (length, 0).
   template <class S>
   KERNEL static void unfold(const Vector3<S> (&X)[6], S (&u)[6], S (&v)[6]) {
-    using R = typename RealOf<S>::type;
-    const S zero(R(0)), one(R(1));
+    const S zero(0), one(1);
     const Vector3<S> e = X[1] - X[0], f = X[2] - X[0], n = cross(e, f);
     const S length = sqrt(dot(e, e)), twice = sqrt(dot(n, n));
     const S per_length = one / select(length > zero, length, one);
@@ -54,8 +51,7 @@ struct Plate {
   /// The matrix of theta = a (Hxx, Hyy, Hxy) over the mesh unfolded about the triangle, m; `area` of the triangle, m^2.
   template <class S>
   KERNEL static void folds_by_curvature(const Vector3<S> (&X)[6], S (&a)[3][3], S& area) {
-    using R = typename RealOf<S>::type;
-    const S zero(R(0)), half(R(0.5));
+    const S zero(0), half(0.5);
     S u[6], v[6];
     unfold(X, u, v);
     const Vector3<S> n = cross(X[1] - X[0], X[2] - X[0]);
@@ -75,14 +71,13 @@ struct Plate {
 
   template <class S>
   KERNEL static void rest(const Vector3<S> (&X)[6], S nu, S (&rest)[rest_values]) {
-    using R = typename RealOf<S>::type;
-    const S zero(R(0)), one(R(1)), half(R(0.5));
+    const S zero(0), one(1), half(0.5);
     S a[3][3], area;
     folds_by_curvature(X, a, area);
     const Vector3<S> row[3] = {{a[0][0], a[0][1], a[0][2]}, {a[1][0], a[1][1], a[1][2]}, {a[2][0], a[2][1], a[2][2]}};
     const Vector3<S> column[3] = {cross(row[1], row[2]), cross(row[2], row[0]), cross(row[0], row[1])};
     const S det = dot(row[0], column[0]), size = area * sqrt(area);
-    const auto fits = (det * det > size * size * S(R(1e-12))) & (area > zero);
+    const auto fits = (det * det > size * size * S(1e-12)) & (area > zero);
     const S per_det = one / select(fits, det, one);
     const S sum = sqrt(area * (one + nu) * half), difference = sqrt(area * (one - nu) * half);
     S smallest = zero;             // of the heights over the hinges
@@ -106,14 +101,13 @@ struct Plate {
   template <class S, class Mask>
   KERNEL static S evaluate(const Vector3<S> (&p)[6], const S* rest, const Mask& valid, Vector3<S> (&grad)[6],
                            S& scale) {
-    using R = typename RealOf<S>::type;
-    const S zero(R(0)), one(R(1));
+    const S zero(0), one(1);
     const Folds<S> now(p, rest, valid);
     S C[3], squares = zero;
     now.constraints(rest, valid, C);
     for (const S& c : C) squares = squares + c * c;
     const S length = sqrt(squares);
-    const auto off = length > S(tiny<R>());
+    const auto off = length > S(tiny<S>());
     for (int m = 0; m < 3; ++m) C[m] = select(off, C[m] / select(off, length, one), m == 0 ? one : zero);
     S pull[3];
     now.pulls(rest, valid, C, pull);
@@ -137,7 +131,6 @@ struct Plate {
   template <class S, class Mask>
   KERNEL static void step(const Vector3<S> (&p)[6], const Vector3<S> (&x)[6], const S (&w)[6], const S* rest,
                           const Mask& valid, S alpha, S max_start_step, S (&sum)[3], Vector3<S> (&move)[6]) {
-    using R = typename RealOf<S>::type;
     const Folds<S> now(p, rest, valid);
     S C[3], turn[3][3], A[3][3], dlambda[3];
     now.constraints(rest, valid, C);
@@ -154,7 +147,7 @@ struct Plate {
       }
     }
     solve_at_once(A, C, alpha, sum, valid, dlambda);
-    S pull[3], pull_of_all[3], all[3], step2 = S(R(0));
+    S pull[3], pull_of_all[3], all[3], step2 = S(0);
     for (int m = 0; m < 3; ++m) all[m] = sum[m] + dlambda[m];
     now.pulls(rest, valid, dlambda, pull), now.pulls(rest, valid, all, pull_of_all);
     now.gather(pull, move);
@@ -163,7 +156,7 @@ struct Plate {
     then.gather(pull, along), then.gather(pull_of_all, carried);
     blend_with_start(max_start_step, relative_displacement2(w, carried, x), w, along, move);
     for (int j = 0; j < 6; ++j) step2 = max(step2, w[j] * w[j] * dot(move[j], move[j]));
-    const S one(R(1)), part = one / max(sqrt(step2) * select(valid, rest[per_max_step], one), one);
+    const S one(1), part = one / max(sqrt(step2) * select(valid, rest[per_max_step], one), one);
     for (int m = 0; m < 3; ++m) sum[m] = sum[m] + dlambda[m] * part;
     for (auto& of : move) of = of * part;
   }
@@ -173,8 +166,7 @@ struct Plate {
     static constexpr int vectors = 3, coefficients = 21;  // B, its inverse, lengths of the folds at rest
     template <class S>
     KERNEL static void weights(const Vector3<S> (&X)[6], S nu, S (&c)[3][6], S (&own)[21]) {
-      using R = typename RealOf<S>::type;
-      const S zero(R(0)), one(R(1));
+      const S zero(0), one(1);
       S of[Plate::rest_values], fold[3][6];
       rest(X, nu, of);
       S folded = zero;
@@ -191,7 +183,7 @@ struct Plate {
       const Vector3<S> row[3] = {{of[3], of[4], of[5]}, {of[6], of[7], of[8]}, {of[9], of[10], of[11]}};
       const Vector3<S> column[3] = {cross(row[1], row[2]), cross(row[2], row[0]), cross(row[0], row[1])};
       const S det = dot(row[0], column[0]);
-      const auto curved = (folded > S(R(1e-9))) & (det * det > zero);
+      const auto curved = (folded > S(1e-9)) & (det * det > zero);
       const S per_det = one / select(curved, det, one);
       for (int k = 0; k < 9; ++k) own[k] = of[3 + k];
       for (int m = 0; m < 3; ++m)
@@ -214,10 +206,9 @@ struct Plate {
   template <class S>
   KERNEL static void over_edge(const Vector3<S>& from, const Vector3<S>& to, const Vector3<S>& wing, S& foot,
                                S& height) {
-    using R = typename RealOf<S>::type;
-    const S one(R(1));
+    const S one(1);
     const Vector3<S> e = to - from, r = wing - from, n = cross(e, r);
-    const S e2 = dot(e, e), per_e2 = one / select(e2 > S(tiny<R>()), e2, one);
+    const S e2 = dot(e, e), per_e2 = one / select(e2 > S(tiny<S>()), e2, one);
     foot = dot(r, e) * per_e2, height = sqrt(dot(n, n) * per_e2);
   }
 
@@ -225,8 +216,7 @@ struct Plate {
   /// height.
   template <class S>
   KERNEL static void fold_weights(const Vector3<S> (&X)[6], int i, S (&c)[6]) {
-    using R = typename RealOf<S>::type;
-    const S zero(R(0)), one(R(1));
+    const S zero(0), one(1);
     for (S& of : c) of = zero;
     const int from = (i + 1) % 3, to = (i + 2) % 3;
     const int wings[2] = {i, 3 + i};
@@ -245,7 +235,7 @@ struct Plate {
   /// A coefficient of B, or 0 in padding.
   template <class S, class Mask>
   KERNEL static S coefficient(const S* rest, const Mask& valid, int m, int i) {
-    return select(valid, rest[3 + 3 * m + i], S(typename RealOf<S>::type(0)));
+    return select(valid, rest[3 + 3 * m + i], S(0));
   }
 
   template <class S>
@@ -283,7 +273,7 @@ struct Plate {
     KERNEL void response(const S (&w)[6], S (&turn)[3][3]) const {
       for (int i = 0; i < 3; ++i)
         for (int k = 0; k <= i; ++k) {
-          turn[i][k] = S(typename RealOf<S>::type(0));
+          turn[i][k] = S(0);
           for (int j = 0; j < 4; ++j)
             for (int l = 0; l < 4; ++l)
               if (particle(i, j) == particle(k, l))
@@ -292,7 +282,7 @@ struct Plate {
         }
     }
     KERNEL void gather(const S (&pull)[3], Vector3<S> (&sum)[6]) const {
-      const S zero(typename RealOf<S>::type(0));
+      const S zero(0);
       for (auto& of : sum) of = {zero, zero, zero};
       for (int i = 0; i < 3; ++i)
         for (int j = 0; j < 4; ++j) sum[particle(i, j)] = sum[particle(i, j)] + grad[i][j] * pull[i];

@@ -11,10 +11,8 @@ struct Volume {
   static constexpr Element element = Element::Tetrahedra;
   static constexpr int particles = 4;
   static constexpr bool inequality = false;
-  static constexpr bool has_strain = false;
   static constexpr Strength strength{true, nullptr, nullptr};
   static constexpr Filtered filtered = Filtered::After;
-  static constexpr Degenerate degenerate = Degenerate::Projected;
   static constexpr int rest_values = 1;
   static constexpr Parameter parameter{"rest_scale", 1, 0, true};
 
@@ -30,14 +28,13 @@ struct Volume {
   template <class S, class Mask>
   KERNEL static S evaluate(const Vector3<S> (&p)[4], const S* rest, const Mask& valid, Vector3<S> (&grad)[4],
                            S& scale) {
-    using R = typename RealOf<S>::type;
     const Vector3<S> a = or_zero(valid, p[1] - p[0]), b = or_zero(valid, p[2] - p[0]), c = or_zero(valid, p[3] - p[0]);
-    const S L2 = max(max(max(dot(a, a), dot(b, b)), dot(c, c)), S(R(1e-12)));
-    const S L = sqrt(L2), per_L = S(R(1)) / L;
+    const S L2 = max(max(max(dot(a, a), dot(b, b)), dot(c, c)), S(1e-12));
+    const S L = sqrt(L2), per_L = S(1) / L;
     const Vector3<S> u = a * per_L, v = b * per_L, w = c * per_L;
     grad[1] = cross(v, w), grad[2] = cross(w, u), grad[3] = cross(u, v);
     grad[0] = -(grad[1] + grad[2] + grad[3]);
-    scale = S(R(6)) * per_L * per_L;
+    scale = S(6) * per_L * per_L;
     return L * dot(u, grad[1]) - scale * rest[0];
   }
 };

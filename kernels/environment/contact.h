@@ -2,7 +2,7 @@
 // Contact of a particle with one environment mesh: an inequality per particle, with Coulomb friction and restitution.
 #pragma once
 #include "kernels/environment/feature_cache.h"
-#include "kernels/parallel/reductions.h"
+#include "kernels/parallel/compute.h"
 #include "kernels/simd/particles.h"
 
 namespace malha {

@@ -7,7 +7,7 @@
 #pragma once
 #include "kernels/geometry/closest_point.h"
 #include "kernels/geometry/simplex.h"
-#include "kernels/parallel/reductions.h"
+#include "kernels/parallel/compute.h"
 #include "kernels/self_collision/division_plane.h"
 
 namespace malha {

@@ -81,28 +81,19 @@ struct ComputeAngularAcceleration {
   }
 };
 
-/// a -= mean + alpha x r, r from the centre of mass: no net force, and no torque where I alpha is the torque.
+/// a -= mean + alpha x r, r from the centre of mass: no net force, and no torque where I alpha is the torque. The
+/// published correction (Desbrun, Schröder, Barr 1999, section 3.3) is a += (x_G - x) x T / m instead. Its dimension is
+/// not that of an acceleration, and it over-corrects; it is for comparison.
 template <class R>
 struct RemoveRigid {
   FilteredBody<R> body;
   const NetMotion* net;
+  bool as_published;
   KERNEL void operator()(int item) const {
     const int i = body.members[item];
-    const Vector3<R> r = body.x[i] - rounded<R>(net->centre), alpha = rounded<R>(net->turn);
-    body.a.set(i, body.a[i] - rounded<R>(net->mean) - cross(alpha, r));
-  }
-};
-
-/// The published correction (Desbrun, Schröder, Barr 1999, section 3.3): a += (x_G - x) x T / m. Its dimension is
-/// not that of an acceleration, and it over-corrects; it is for comparison.
-template <class R>
-struct RemoveAsPublished {
-  FilteredBody<R> body;
-  const NetMotion* net;
-  KERNEL void operator()(int item) const {
-    const int i = body.members[item];
-    const Vector3<R> r = body.x[i] - rounded<R>(net->centre), torque = rounded<R>(net->turn);
-    body.a.set(i, body.a[i] - rounded<R>(net->mean) - cross(r, torque) * body.w[i]);
+    const Vector3<R> r = body.x[i] - rounded<R>(net->centre), turn = rounded<R>(net->turn);
+    const Vector3<R> turned = as_published ? cross(r, turn) * body.w[i] : cross(turn, r);
+    body.a.set(i, body.a[i] - rounded<R>(net->mean) - turned);
   }
 };
 

@@ -3,7 +3,7 @@
 // own springs: no two lanes write to the same particle, and no colours are needed. A spring is evaluated at both of its
 // ends, with exactly opposite forces.
 #pragma once
-#include "kernels/forces/motion.h"
+#include "kernels/forces/integrate.h"
 #include "kernels/projection/stencil.h"
 #include "kernels/simd/rows.h"
 
@@ -68,9 +68,8 @@ struct FilteredRows {
 /// l / |d|; 0 where the ends coincide, without direction.
 template <class S>
 KERNEL S rest_over_length(const Vector3<S>& d, S l) {
-  using R = typename RealOf<S>::type;
-  const S zero(R(0)), length = sqrt(dot(d, d));
-  return select(length > zero, l / select(length > zero, length, S(R(1))), zero);
+  const S zero(0), length = sqrt(dot(d, d));
+  return select(length > zero, l / select(length > zero, length, S(1)), zero);
 }
 
 /// The weight of particles, where it is filtered.
@@ -133,7 +132,7 @@ struct MissingForces {
   template <class S>
   KERNEL static Vector3<S> pull(const Vector3<S>& a, const Vector3<S>& b, S k, S l) {
     const Vector3<S> d = a - b;
-    return d * ((rest_over_length(d, l) - S(R(1))) * k);
+    return d * ((rest_over_length(d, l) - S(1)) * k);
   }
   template <class S>
   KERNEL void finish(int first, const Vector3<S>& f) const {
@@ -169,7 +168,7 @@ struct SumForces {
     int self[lanes];
     for (int i = 0; i < lanes; ++i) self[i] = (first + i) * kIndexScale<R>;
     const auto own = forces.template read<S>(self);
-    const S zero(R(0));
+    const S zero(0);
     Vector3<S> f{zero, zero, zero};
     for (int slot = springs.begin[pack]; slot < springs.begin[pack + 1]; ++slot) {
       const int at = kSpringPack * slot + part;

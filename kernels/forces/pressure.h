@@ -12,7 +12,7 @@
 // of the plain projection.
 #pragma once
 #include "kernels/forces/angular_velocity.h"
-#include "kernels/parallel/reductions.h"
+#include "kernels/parallel/compute.h"
 #include "kernels/simd/particles.h"
 
 namespace malha {

@@ -2,7 +2,7 @@
 // Restriction: positions and displacements of a level's particles, which are mass centres of finer particles, computed
 // by the patches of the finer level.
 #pragma once
-#include "kernels/forces/motion.h"
+#include "kernels/forces/integrate.h"
 #include "kernels/multilevel/transfer.h"
 #include "kernels/projection/patch.h"
 #include "kernels/simd/particles.h"

@@ -254,6 +254,15 @@ void parallel_pieces(const Team& team, int count, int size, const Kernel& kernel
   parallel_groups(team, 0, (count + size - 1) / size, {}, Pieces<Kernel>{kernel, count, size});
 }
 
+/// Sum in double, which is exact for counts.
+struct Sum {
+  double value = 0;
+  KERNEL Sum& operator+=(const Sum& o) {
+    value += o.value;
+    return *this;
+  }
+};
+
 /// Reductions sum runs of kReduceRun items, then at most kReduceGroups groups of runs, then a tree of groups. Each sum
 /// has a fixed order, so that parallel evaluation gives the same bits.
 inline constexpr int kReduceRun = 256, kReduceGroups = 64;

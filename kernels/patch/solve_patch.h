@@ -13,7 +13,7 @@
 #pragma once
 #include "kernels/constraints/constraint_registry.h"
 #include "kernels/environment/broad_phase.h"
-#include "kernels/forces/motion.h"
+#include "kernels/forces/integrate.h"
 #include "kernels/multilevel/restrict.h"
 #include "kernels/simd/for_each_pack.h"
 #include "kernels/simd/particles.h"

@@ -10,7 +10,7 @@ namespace malha {
 /// Solves A x = b for a symmetric positive definite A, of which the lower triangle is read, by L D L^T without pivots.
 template <class S, int m>
 KERNEL void solve_block(S (&A)[m][m], const S (&b)[m], S (&x)[m]) {
-  const S one(typename RealOf<S>::type(1));
+  const S one(1);
   S per_d[m];
   for (int i = 0; i < m; ++i) {
     for (int k = 0; k < i; ++k) {  // A[i][k] becomes L_ik D_k
@@ -35,13 +35,13 @@ template <class S, int m, class Mask>
 KERNEL void solve_at_once(S (&A)[m][m], const S (&C)[m], S alpha, const S (&sum)[m], const Mask& valid,
                           S (&dlambda)[m]) {
   using R = typename RealOf<S>::type;
-  const S zero(R(0)), one(R(1));
+  const S zero(0), one(1);
   S trace = A[0][0], b[m];
   for (int i = 1; i < m; ++i) trace = trace + A[i][i];
-  const auto moves = valid & (trace > S(tiny<R>())) & (trace < S(R(1) / tiny<R>()));
+  const auto moves = valid & (trace > S(tiny<S>())) & (trace < S(R(1) / tiny<R>()));
   // The system is divided by the trace, so that products stay in range. Without compliance, linearly dependent
   // gradients make A singular: a millionth on the diagonal keeps pivots above rounding.
-  const S per_trace = one / select(moves, trace, one), softness = max(alpha * per_trace, S(R(1e-6)));
+  const S per_trace = one / select(moves, trace, one), softness = max(alpha * per_trace, S(1e-6));
   for (int i = 0; i < m; ++i) {
     for (int k = 0; k < i; ++k) A[i][k] = select(moves, A[i][k] * per_trace, zero);
     A[i][i] = select(moves, A[i][i] * per_trace + softness, one);

@@ -41,10 +41,6 @@ struct Strength {
 /// (kernels/projection/stencil.h); or not at all, because it is projected after the filter, as inequalities have to be.
 enum class Filtered { Spring, Stencil, After };
 
-/// The gradient of a kind for coincident positions, or for a triangle without area: zero, so that a projection skips
-/// it; or the usual one, unless all particles coincide.
-enum class Degenerate { Skipped, Projected };
-
 namespace kind {
 
 template <class K>
@@ -60,10 +56,6 @@ concept HasElement = requires {
 template <class K>
 concept DeclaresInequality = requires {
   bool(K::inequality);
-};
-template <class K>
-concept DeclaresStrain = requires {
-  bool(K::has_strain);
 };
 template <class K>
 concept HasParameter = requires {
@@ -93,10 +85,6 @@ concept StencilType = (coefficients > 0) &&
 template <class K>
 concept HasStencilIfFiltered = K::filtered != Filtered::Stencil || StencilType<K, typename K::Stencil, K::particles>;
 template <class K>
-concept DeclaresDegenerate = requires {
-  Degenerate(K::degenerate);
-};
-template <class K>
 concept HasRestValues = K::rest_values >
 0 && requires(const Vector3<double> (&X)[K::particles], double (&rest)[K::rest_values]) { K::rest(X, 1.0, rest); };
 template <class K, class S, class Mask = decltype(S() == S())>
@@ -108,9 +96,9 @@ concept HasEvaluate = requires(const Vector3<S> (&p)[K::particles], const S* res
 }  // namespace kind
 
 template <class K>
-concept ConstraintKind = kind::HasName<K> && kind::HasElement<K> && kind::DeclaresInequality<K> &&
-    kind::DeclaresStrain<K> && kind::HasParameter<K> && kind::HasStrength<K> && kind::ConvertsModulus<K> &&
-    kind::DeclaresFiltered<K> && kind::HasStencilIfFiltered<K> && kind::DeclaresDegenerate<K> &&
+concept ConstraintKind =
+    kind::HasName<K> && kind::HasElement<K> && kind::DeclaresInequality<K> && kind::HasParameter<K> &&
+    kind::HasStrength<K> && kind::ConvertsModulus<K> && kind::DeclaresFiltered<K> && kind::HasStencilIfFiltered<K> &&
     kind::HasRestValues<K> && kind::HasEvaluate<K, float> && kind::HasEvaluate<K, double>;
 
 }  // namespace malha

@@ -74,7 +74,7 @@ template <class S, int n>
 KERNEL S start_step_bound(const S& max_start_step, const S& max_compressed_start_step, const S& multiplier,
                           const Vector3<S> (&along)[n], const Vector3<S> (&x)[n]) {
   if constexpr (n == 2) {
-    const auto is_compressed = multiplier * dot(along[1], x[1] - x[0]) > S(typename RealOf<S>::type(0));
+    const auto is_compressed = multiplier * dot(along[1], x[1] - x[0]) > S(0);
     return select(is_compressed, max_compressed_start_step, max_start_step);
   } else {
     return max_start_step;
@@ -97,7 +97,7 @@ KERNEL auto moves_within(const S& max_start_step, const S& applied, const S& den
 template <class S, int n>
 KERNEL S share_within(const S& max_start_step, const S& applied, const S& denominator, const S (&w)[n],
                       const Vector3<S> (&along)[n], const Vector3<S> (&x)[n]) {
-  const S zero(typename RealOf<S>::type(0)), one(typename RealOf<S>::type(1));
+  const S zero(0), one(1);
   S displacement;
   if constexpr (n == 2)
     displacement = applied * max(w[0], w[1]);
@@ -136,8 +136,7 @@ KERNEL auto exceeds_rounding(const S& sum, const S (&w)[n], const Vector3<S> (&g
 template <class S, int n>
 KERNEL void blend_with_start(const S& max_start_step, const S& relative2, const S (&w)[n], const Vector3<S> (&along)[n],
                              Vector3<S> (&move)[n]) {
-  using R = typename RealOf<S>::type;
-  const S zero(R(0)), one(R(1)), move_dot_along = weighted_dot(w, move, along);
+  const S zero(0), one(1), move_dot_along = weighted_dot(w, move, along);
   const auto near = (zero <= move_dot_along) & is_aligned(kMinTurnCosine, w, move, along, move_dot_along);
   const auto whole = near & (relative2 <= max_start_step * max_start_step);
   if (movemask(near) != movemask(whole)) {  // rare
@@ -152,8 +151,7 @@ KERNEL void blend_with_start(const S& max_start_step, const S& relative2, const 
 /// `relative2` of elements that have no better measure: the largest displacement of a particle over the size at x.
 template <class S, int n>
 KERNEL S relative_displacement2(const S (&w)[n], const Vector3<S> (&total)[n], const Vector3<S> (&x)[n]) {
-  using R = typename RealOf<S>::type;
-  const S zero(R(0)), one(R(1)), size2 = size2_of(x);
+  const S zero(0), one(1), size2 = size2_of(x);
   return max_displacement2(w, total) / select(size2 > zero, size2, one);
 }
 

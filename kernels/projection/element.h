@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Mesh elements that constraints are built on: one table for scenes, messages, benchmarks and tests.
-// A new element needs a line here and its list in host/model/elements.cpp.
+// A new element needs a line here and its list in host/model/build_constraints.cpp.
 #pragma once
 #include "kernels/parallel/compute.h"
 

@@ -121,7 +121,7 @@ struct AosView {
   }
   template <class S>
   KERNEL void scatter(const LocalIndex* index, const Vector3<S>& displacement) const {
-    scatter_rows(d, index, displacement, S(R(0)));
+    scatter_rows(d, index, displacement, S(0));
   }
 
  private:

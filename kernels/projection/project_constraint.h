@@ -70,8 +70,8 @@ KERNEL S round_to_8_bits(const S& a) {
 template <class S>
 KERNEL S per_max_step_of(const S& size) {
   using R = typename RealOf<S>::type;
-  const S zero(R(0)), one(R(1));
-  const auto some = size > S(tiny<R>());
+  const S zero(0), one(1);
+  const auto some = size > S(tiny<S>());
   return select(some, round_to_8_bits(one / (S(R(kMaxStep)) * select(some, size, one))), zero);
 }
 
@@ -108,7 +108,7 @@ struct Places {
   Vector3<S> x[n], p[n];
   /// Without `from_start` the start is the current position.
   KERNEL Places(const PatchParticle<S> (&q)[n], bool from_start) {
-    const S zero(typename RealOf<S>::type(0));
+    const S zero(0);
     x[0] = p[0] = {zero, zero, zero};
     for (int j = 1; j < n; ++j) x[j] = q[j].x - q[0].x, p[j] = x[j] + (q[j].d - q[0].d);
     if (!from_start)
@@ -164,7 +164,7 @@ struct ProjectPack {
     for (int j = 0; j < n; ++j) w[j] = q[j].w;
     const S C = Kind::evaluate(places.p, rest.value, rest.valid, grad, s);
     Kind::evaluate(places.x, rest.value, rest.valid, along, s_along);
-    const S zero(R(0)), one(R(1)), grad_dot_along = weighted_dot(w, grad, along);
+    const S zero(0), one(1), grad_dot_along = weighted_dot(w, grad, along);
     // applied / denominator is an upper bound of the magnitude of the substep's total multiplier, this projection
     // included: times `along` it bounds the total correction.
     S alpha = zero, total = zero, wanted = -C, denominator = grad_dot_along, applied, multiplier;
@@ -193,7 +193,7 @@ struct ProjectPack {
       for (int j = 0; j < n; ++j)
         along[j] = select_vector(whole, along[j], select_vector(near, along[j] * share + grad[j] * other, grad[j]));
     }
-    S step2 = S(R(0));  // of a multiplier of 1
+    S step2 = S(0);  // of a multiplier of 1
     if constexpr (has_max_step<Kind>()) step2 = max_displacement2(w, along);
     // Enlarges the denominator of dlambda = wanted / denominator until no particle moves farther than the kind's bound.
     // In padding the first argument of max() is NaN, so that max() returns the second.
@@ -207,7 +207,7 @@ struct ProjectPack {
     // Constraints without gradient or movable particle, and padding, are skipped, never NaN. So are constraints whose
     // movable particles have a gradient of rounding errors alone, such as the free corner of a hinge with collinear
     // pins.
-    auto moves = sum > S(tiny<R>());
+    auto moves = sum > S(tiny<S>());
     if constexpr (n > 2) moves = moves & exceeds_rounding(sum, w, along);
     S dlambda;
     if constexpr (update == Update::Stiff) {
@@ -231,7 +231,7 @@ struct ProjectPack {
     S sum[m], w[n];
     for (int j = 0; j < n; ++j) w[j] = q[j].w;
     for (int k = 0; k < m; ++k) {
-      sum[k] = S(R(0));
+      sum[k] = S(0);
       if (!first_iteration) load(sums + k * kSlotPack, sum[k]);
     }
     Vector3<S> move[n];

@@ -5,7 +5,7 @@
 // the minimum distance of its pairs. It is 0 at first, grows to the distance of the nearest pair below the thickness,
 // and to the thickness if there is none. Pairs that are compressed later do not change it and are pushed back.
 #pragma once
-#include "kernels/parallel/reductions.h"
+#include "kernels/parallel/compute.h"
 #include "kernels/self_collision/narrow_phase.h"
 #include "kernels/self_collision/swept_distance.h"
 

@@ -3,7 +3,7 @@
 // along the normal of the division plane, as far as the plane must move; pushed particles push others likewise.
 #pragma once
 #include "kernels/attachments/pose.h"
-#include "kernels/parallel/reductions.h"
+#include "kernels/parallel/compute.h"
 #include "kernels/self_collision/truncate.h"
 
 namespace malha {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Mean motion of particles in a substep, as a reduction.
 #pragma once
-#include "kernels/parallel/reductions.h"
+#include "kernels/parallel/compute.h"
 #include "kernels/simd/particles.h"
 
 namespace malha {

@@ -128,7 +128,7 @@ struct NarrowPhase {
       PairGeometry<S> pair;
       const auto inside = weigh<kind>(x, pair.w);
       const Vector3<S> e1 = x[1] - x[0], e2 = x[2] - x[0], e3 = x[3] - x[0];
-      const Vector3<S> apart = closest_difference(x, pair.w);
+      const Vector3<S> apart = closest_offset(x, pair.w);
       const S d2 = dot(apart, apart);
       pair.distance = sqrt(d2);
       pair.n = apart * (S(R(1)) / pair.distance);

@@ -2,7 +2,7 @@
 // Solver of self-contacts: Gauss-Seidel over blocks of pairs that share no particle (Müller et al. 2006; the
 // accumulated push of a contact is never below 0), with Coulomb friction on positions (Macklin et al. 2014).
 #pragma once
-#include "kernels/parallel/reductions.h"
+#include "kernels/parallel/compute.h"
 #include "kernels/self_collision/contact_block.h"
 
 namespace malha {

@@ -46,7 +46,7 @@ KERNEL S min_swept_distance(const SweptBounds<R>& bounds, const PairIndices& at)
   S margin[4], unused, w[4];
   for (int j = 0; j < 4; ++j) gather_rows(bounds.from, at.of[j], x[j], margin[j]);
   weigh<kind>(x, w);
-  const Vector3<S> apart = closest_difference(x, w);
+  const Vector3<S> apart = closest_offset(x, w);
   const Vector3<S> n = apart * (S(R(1)) / sqrt(dot(apart, apart)));
   const S diagonal = abs(n.x) + abs(n.y) + abs(n.z);
   // For any n, the sides come no nearer along it than this.
@@ -73,7 +73,7 @@ KERNEL S required_distance(const SweptBounds<R>& bounds, R thickness, const Pair
   S body[4], w[4];
   for (int j = 0; j < 4; ++j) gather_rows(bounds.rest, at.of[j], x[j], body[j]);
   weigh<kind>(x, w);
-  const Vector3<S> at_rest = closest_difference(x, w);
+  const Vector3<S> at_rest = closest_offset(x, w);
   const S min_distance(thickness);
   return select(body[0] == body[3], min(min_distance, sqrt(dot(at_rest, at_rest)) * S(R(0.5))), min_distance);
 }

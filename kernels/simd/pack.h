@@ -66,6 +66,27 @@ struct Pack {
   /// Broadcasts a; -0 becomes 0. (Without the sum g++ 12 fills the lanes one by one in functions that are compiled for
   /// another instruction set than the build's.)
   KERNEL Pack(R a) : v(Vector{} + a) {}
+
+  KERNEL friend Pack operator+(Pack a, Pack b) { return a.v + b.v; }
+  KERNEL friend Pack operator-(Pack a, Pack b) { return a.v - b.v; }
+  KERNEL friend Pack operator-(Pack a) { return -a.v; }
+  KERNEL friend Pack operator*(Pack a, Pack b) { return a.v * b.v; }
+  KERNEL friend Pack operator/(Pack a, Pack b) { return a.v / b.v; }
+  KERNEL friend Mask operator<(Pack a, Pack b) { return a.v < b.v; }
+  KERNEL friend Mask operator>(Pack a, Pack b) { return a.v > b.v; }
+  KERNEL friend Mask operator<=(Pack a, Pack b) { return a.v <= b.v; }
+  KERNEL friend Mask operator==(Pack a, Pack b) { return a.v == b.v; }
+  KERNEL friend Pack select(Mask mask, Pack a, Pack b) { return mask ? a.v : b.v; }
+  KERNEL friend Pack max(Pack a, Pack b) { return a.v > b.v ? a.v : b.v; }
+  KERNEL friend Pack min(Pack a, Pack b) { return a.v < b.v ? a.v : b.v; }
+  KERNEL friend Pack sqrt(Pack a) {
+    Vector b = a.v;
+    for (int lane = 0; lane < lanes; ++lane) b[lane] = sqrt(a.v[lane]);
+    return b;
+  }
+
+  KERNEL friend R lane(const Pack& a, int i) { return a.v[i]; }
+  KERNEL friend void set_lane(Pack& a, int i, R value) { a.v[i] = value; }
 };
 
 template <class R, int lanes>
@@ -76,61 +97,6 @@ template <class R, int bytes>
 struct RealOf<Pack<R, bytes>> {
   using type = R;
 };
-
-template <class R, int bytes>
-KERNEL Pack<R, bytes> operator+(Pack<R, bytes> a, Pack<R, bytes> b) {
-  return a.v + b.v;
-}
-template <class R, int bytes>
-KERNEL Pack<R, bytes> operator-(Pack<R, bytes> a, Pack<R, bytes> b) {
-  return a.v - b.v;
-}
-template <class R, int bytes>
-KERNEL Pack<R, bytes> operator-(Pack<R, bytes> a) {
-  return -a.v;
-}
-template <class R, int bytes>
-KERNEL Pack<R, bytes> operator*(Pack<R, bytes> a, Pack<R, bytes> b) {
-  return a.v * b.v;
-}
-template <class R, int bytes>
-KERNEL Pack<R, bytes> operator/(Pack<R, bytes> a, Pack<R, bytes> b) {
-  return a.v / b.v;
-}
-template <class R, int bytes>
-KERNEL typename Pack<R, bytes>::Mask operator<(Pack<R, bytes> a, Pack<R, bytes> b) {
-  return a.v < b.v;
-}
-template <class R, int bytes>
-KERNEL typename Pack<R, bytes>::Mask operator>(Pack<R, bytes> a, Pack<R, bytes> b) {
-  return a.v > b.v;
-}
-template <class R, int bytes>
-KERNEL typename Pack<R, bytes>::Mask operator<=(Pack<R, bytes> a, Pack<R, bytes> b) {
-  return a.v <= b.v;
-}
-template <class R, int bytes>
-KERNEL typename Pack<R, bytes>::Mask operator==(Pack<R, bytes> a, Pack<R, bytes> b) {
-  return a.v == b.v;
-}
-template <class R, int bytes>
-KERNEL Pack<R, bytes> select(typename Pack<R, bytes>::Mask mask, Pack<R, bytes> a, Pack<R, bytes> b) {
-  return mask ? a.v : b.v;
-}
-template <class R, int bytes>
-KERNEL Pack<R, bytes> max(Pack<R, bytes> a, Pack<R, bytes> b) {
-  return a.v > b.v ? a.v : b.v;
-}
-template <class R, int bytes>
-KERNEL Pack<R, bytes> min(Pack<R, bytes> a, Pack<R, bytes> b) {
-  return a.v < b.v ? a.v : b.v;
-}
-template <class R, int bytes>
-KERNEL Pack<R, bytes> sqrt(Pack<R, bytes> a) {
-  typename Pack<R, bytes>::Vector b = a.v;
-  for (int lane = 0; lane < Pack<R, bytes>::lanes; ++lane) b[lane] = sqrt(a.v[lane]);
-  return b;
-}
 
 template <class R, int bytes>
 KERNEL void load(const R* from, Pack<R, bytes>& to) {
@@ -175,15 +141,6 @@ KERNEL unsigned movemask(const Mask& mask) {
   }
   return bits;
 }
-template <class R, int bytes>
-KERNEL R lane(const Pack<R, bytes>& a, int i) {
-  return a.v[i];
-}
-template <class R, int bytes>
-KERNEL void set_lane(Pack<R, bytes>& a, int i, R value) {
-  a.v[i] = value;
-}
-
 #endif
 
 }  // namespace malha

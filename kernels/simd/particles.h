@@ -43,19 +43,11 @@ struct Displaced {
   /// The position less x.
   KERNEL Vector3<R> offset_from_x(int i) const { return with_low(i, d[i]); }
   /// The position less an origin near x: its rounding error is relative to the distance from that origin.
-  KERNEL Vector3<R> relative_to(int i, const Vector3<R>& origin) const {
-    if constexpr (kCompensated<R>)
-      return (x[i] - origin) + with_low(i, d[i]);
-    else
-      return (*this)[i];
-  }
+  KERNEL Vector3<R> relative_to(int i, const Vector3<R>& origin) const { return (x[i] - origin) + with_low(i, d[i]); }
   /// The start of the substep less a reference point near it, which is given relative to `origin`: exactly 0 where
   /// relative_to() gave that point and d was 0. Types that are not compensated have origin 0.
   KERNEL Vector3<R> start_relative_to(int i, const Vector3<R>& reference, const Vector3<R>& origin) const {
-    if constexpr (kCompensated<R>)
-      return ((x[i] - origin) + low[i]) - reference;
-    else
-      return x[i] - reference;
+    return with_low(i, x[i] - origin) - reference;
   }
   /// The position less such a reference point, read and set: neither is rounded to the spacing of positions.
   KERNEL Vector3<R> displacement_from(int i, const Vector3<R>& reference, const Vector3<R>& origin) const {

@@ -2,6 +2,8 @@
 // Rows: the four numbers of a particle side by side, and their gathers and scatters. A pack of particles is gathered
 // by one load for each particle and a transposition in registers.
 #pragma once
+#include <utility>
+
 #include "kernels/simd/pack.h"
 
 namespace malha {
@@ -47,26 +49,10 @@ __extension__ typedef __int128 Bits16x4 __attribute__((vector_size(64)));
 #endif
 
 template <int... I>
-struct Indices {};
-template <class A, class B>
-struct Append;
-template <int... I, int... J>
-struct Append<Indices<I...>, Indices<J...>> {
-  using type = Indices<I..., J...>;
-};
+using Indices = std::integer_sequence<int, I...>;
+/// The indices 0 .. n - 1.
 template <int n>
-struct Count {
-  using type = typename Append<typename Count<n - 1>::type, Indices<n - 1>>::type;
-};
-template <>
-struct Count<0> {
-  using type = Indices<>;
-};
-
-template <class V, int... I>
-KERNEL auto join(V a, V b, Indices<I...>) {
-  return __builtin_shufflevector(a, b, I...);
-}
+using Count = std::make_integer_sequence<int, n>;
 
 /// The four lanes from 4 * block on. (g++ stores them straight to memory from this, but not from a shuffle.)
 template <class R, int block, class V>
@@ -86,7 +72,7 @@ KERNEL V blend(V u, V v, Indices<I...>) {
 /// Transposes every 4 x 4 block that lies across the four rows. Its own inverse.
 template <int n, class V>
 KERNEL void transpose(V& r0, V& r1, V& r2, V& r3) {
-  constexpr typename Count<n>::type all{};
+  constexpr Count<n> all{};
   const V a = blend<n, 0, 4, 1, 5>(r0, r1, all), b = blend<n, 0, 4, 1, 5>(r2, r3, all);
   const V c = blend<n, 2, 6, 3, 7>(r0, r1, all), d = blend<n, 2, 6, 3, 7>(r2, r3, all);
   r0 = blend<n, 0, 1, 4, 5>(a, b, all), r1 = blend<n, 2, 3, 6, 7>(a, b, all);
@@ -117,12 +103,12 @@ KERNEL V row(Vec4<R>* rows, const Index* index) {
   if constexpr (n == 1) {
     return quartet(rows, index[0]);
 #if defined(__clang__)
-  } else if constexpr (n == 2) {
-    return join(quartet(rows, index[0]), quartet(rows, index[4]), typename Count<8>::type{});
   } else {
-    constexpr Count<8>::type eight{};
-    return join(join(quartet(rows, index[0]), quartet(rows, index[4]), eight),
-                join(quartet(rows, index[8]), quartet(rows, index[12]), eight), typename Count<16>::type{});
+    V all;
+    for (int k = 0; k < n; ++k)
+      __builtin_memcpy(reinterpret_cast<char*>(&all) + k * sizeof(Vec4<R>), address(rows, index[4 * k]),
+                       sizeof(Vec4<R>));
+    return all;
 #else
   } else if constexpr (sizeof(Vec4<R>) == 16) {  // as 16-byte elements: g++ then inserts straight from memory
     if constexpr (n == 2) return (V)(Bits16x2{bits(rows, index[0]), bits(rows, index[4])});

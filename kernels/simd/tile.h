@@ -73,7 +73,7 @@ struct Tile {
 
   KERNEL static Tile zero() {
     Tile t;
-    for (int p = 0; p < parts; ++p) t.part[p] = S(R(0));
+    for (int p = 0; p < parts; ++p) t.part[p] = S(0);
     return t;
   }
   KERNEL static Tile broadcast(R number) {
@@ -111,7 +111,7 @@ struct Tile {
     Tile t;
     each_part([&]<int p>() KERNEL_LAMBDA {
       constexpr int first = 4 * q % lanes + p * lanes / 4;
-      t.part[p].v = splat_from<first>(part[4 * q / lanes].v, typename detail::Count<lanes>::type{});
+      t.part[p].v = splat_from<first>(part[4 * q / lanes].v, detail::Count<lanes>{});
     });
     return t;
   }
@@ -147,7 +147,7 @@ struct Tile {
   }
   template <class F>
   KERNEL static void each_part(const F& f) {
-    call(f, typename detail::Count<parts>::type{});
+    call(f, detail::Count<parts>{});
   }
   template <int r>
   KERNEL detail::Quartet<R> row() const {

@@ -10,32 +10,16 @@ namespace malha {
 template <class S>
 struct Vector3 {
   S x, y, z;
-};
 
-template <class S>
-KERNEL Vector3<S> operator+(const Vector3<S>& a, const Vector3<S>& b) {
-  return {a.x + b.x, a.y + b.y, a.z + b.z};
-}
-template <class S>
-KERNEL Vector3<S> operator-(const Vector3<S>& a, const Vector3<S>& b) {
-  return {a.x - b.x, a.y - b.y, a.z - b.z};
-}
-template <class S>
-KERNEL Vector3<S> operator-(const Vector3<S>& a) {
-  return {-a.x, -a.y, -a.z};
-}
-template <class S>
-KERNEL Vector3<S> operator*(const Vector3<S>& a, S s) {
-  return {a.x * s, a.y * s, a.z * s};
-}
-template <class S>
-KERNEL S dot(const Vector3<S>& a, const Vector3<S>& b) {
-  return a.x * b.x + a.y * b.y + a.z * b.z;
-}
-template <class S>
-KERNEL Vector3<S> cross(const Vector3<S>& a, const Vector3<S>& b) {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
+  KERNEL friend Vector3 operator+(const Vector3& a, const Vector3& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+  KERNEL friend Vector3 operator-(const Vector3& a, const Vector3& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+  KERNEL friend Vector3 operator-(const Vector3& a) { return {-a.x, -a.y, -a.z}; }
+  KERNEL friend Vector3 operator*(const Vector3& a, S s) { return {a.x * s, a.y * s, a.z * s}; }
+  KERNEL friend S dot(const Vector3& a, const Vector3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+  KERNEL friend Vector3 cross(const Vector3& a, const Vector3& b) {
+    return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+  }
+};
 
 template <class R>
 KERNEL bool same(const Vector3<R>& a, const Vector3<R>& b) {
@@ -103,7 +87,7 @@ KERNEL Vector3<S> rounding_error(const Vector3<S>& a, const Vector3<S>& b, const
 /// a where the mask is set, and otherwise zero, whatever a is.
 template <class Mask, class S>
 KERNEL Vector3<S> or_zero(const Mask& mask, const Vector3<S>& a) {
-  const S zero(typename RealOf<S>::type(0));
+  const S zero(0);
   return {select(mask, a.x, zero), select(mask, a.y, zero), select(mask, a.z, zero)};
 }
 
@@ -113,9 +97,11 @@ KERNEL Vector3<S> select_vector(const Mask& mask, const Vector3<S>& a, const Vec
   return {select(mask, a.x, b.x), select(mask, a.y, b.y), select(mask, a.z, b.z)};
 }
 
-/// A sum of squared gradients below this counts as zero: dividing by it could leave the range of the type.
-template <class R>
-KERNEL constexpr R tiny() {
+/// A sum of squared gradients below this counts as zero: dividing by it could leave the range of the type. S: a number
+/// or a pack.
+template <class S>
+KERNEL constexpr auto tiny() {
+  using R = typename RealOf<S>::type;
   return sizeof(R) == 4 ? R(1e-30) : R(1e-200);
 }
 

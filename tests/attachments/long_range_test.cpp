@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Long-range attachments: they limit the distance from a pin, and act on nothing within it.
-#include "host/model/long_range.h"
+
+#include "kernels/attachments/long_range.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +10,6 @@
 
 #include "host/model/model.h"
 #include "host/solver/solver.h"
-#include "kernels/attachments/long_range.h"
 #include "tests/constraints/mixed_sheet.h"
 #include "tests/mesh/point_list.h"
 #include "tests/on_host.h"

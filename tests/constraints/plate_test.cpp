@@ -7,7 +7,7 @@
 #include <string>
 
 #include "host/measure/measure.h"
-#include "host/model/winged_triangles.h"
+#include "host/model/material.h"
 #include "malha/simulation.h"
 #include "tests/constraints/cantilever.h"
 #include "tests/mesh/irregular_mesh.h"

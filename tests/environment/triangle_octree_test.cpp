@@ -30,6 +30,23 @@ std::vector<std::array<Point, 3>> triangles_of_all_shapes(Random& random, int co
   return all;
 }
 
+/// Ericson's closest point on a triangle.
+OnTriangle with_branches(const Vector3<double>& p, const Vector3<double>& a, const Vector3<double>& b,
+                         const Vector3<double>& c) {
+  const Vector3<double> ab = b - a, ac = c - a, ap = p - a, bp = p - b, cp = p - c;
+  const double d1 = dot(ab, ap), d2 = dot(ac, ap), d3 = dot(ab, bp), d4 = dot(ac, bp), d5 = dot(ab, cp),
+               d6 = dot(ac, cp);
+  if (d1 <= 0 && d2 <= 0) return {a, 0, -1};
+  if (d3 >= 0 && d4 <= d3) return {b, 1, -1};
+  if (d6 >= 0 && d5 <= d6) return {c, 2, -1};
+  const double va = d3 * d6 - d5 * d4, vb = d5 * d2 - d1 * d6, vc = d1 * d4 - d3 * d2;
+  if (vc <= 0 && d1 >= 0 && d3 <= 0) return {a + ab * (d1 / (d1 - d3)), -1, 0};
+  if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) return {b + (c - b) * ((d4 - d3) / (d4 - d3 + d5 - d6)), -1, 1};
+  if (vb <= 0 && d2 >= 0 && d6 <= 0) return {a + ac * (d2 / (d2 - d6)), -1, 2};
+  const double per = 1 / (va + vb + vc);
+  return {a + ab * (vb * per) + ac * (vc * per), -1, -1};
+}
+
 TEST(TriangleOctree, APackOfTrianglesIsAsOneAfterTheOther) {
   Random random(31);
   const auto triangles = triangles_of_all_shapes(random, 20000);
@@ -47,7 +64,7 @@ TEST(TriangleOctree, APackOfTrianglesIsAsOneAfterTheOther) {
         }
       const NearestPoint<S> near = nearest_point({S(p.x), S(p.y), S(p.z)}, a, b, c);
       for (int l = 0; l < lanes; ++l) {
-        const OnTriangle alone = nearest_on_triangle(p, triangles[i + l][0], triangles[i + l][1], triangles[i + l][2]);
+        const OnTriangle alone = with_branches(p, triangles[i + l][0], triangles[i + l][1], triangles[i + l][2]);
         const OnTriangle packed = on_triangle({lane(near.q.x, l), lane(near.q.y, l), lane(near.q.z, l)},
                                               static_cast<int>(lane(near.feature, l)));
         if (std::isnan(alone.q.x)) {

@@ -4,7 +4,6 @@
 
 #include <gtest/gtest.h>
 
-#include "host/filter/subtrees.h"
 #include "host/filter/supernodes.h"
 #include "tests/filter/filter_reference.h"
 

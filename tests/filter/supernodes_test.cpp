@@ -7,7 +7,6 @@
 #include <numeric>
 #include <set>
 
-#include "host/filter/subtrees.h"
 #include "tests/filter/filter_reference.h"
 
 namespace malha {

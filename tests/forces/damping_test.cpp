@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/forces/damping.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -8,6 +6,7 @@
 #include <limits>
 #include <vector>
 
+#include "host/forces/body_momenta.h"
 #include "tests/mesh/point_list.h"
 #include "tests/numbers.h"
 

@@ -34,9 +34,12 @@ TYPED_TEST(ClosestPoints, OfATriangleHaveItsCornersBehindTheirPlane) {
     Vector3<R> c = anywhere<R>(random);
     if (k % 5 == 1) c = b * R(random(-1, 2));  // no area
     if (k % 5 == 2) c = b;
-    const Vector3<R> p = anywhere<R>(random), w = closest_on_triangle(b, c, p), q = b * w.y + c * w.z;
-    ASSERT_TRUE(w.x >= 0 && w.y >= 0 && w.z >= 0);
-    ASSERT_NEAR(w.x + w.y + w.z, 1, 1e-6);
+    const Vector3<R> p = anywhere<R>(random), x[4] = {p, {0, 0, 0}, b, c};
+    R w[4];
+    weigh<PairKind::Face>(x, w);
+    const Vector3<R> q = p - closest_offset(x, w);
+    ASSERT_TRUE(w[0] == 1 && w[1] <= 0 && w[2] <= 0 && w[3] <= 0);
+    ASSERT_NEAR(w[1] + w[2] + w[3], -1, 1e-6);
     for (const Vector3<R>& corner : {Vector3<R>{0, 0, 0}, b, c})
       ASSERT_LE(double(dot(p - q, corner - q)), rounding) << k;
   }
@@ -52,34 +55,15 @@ TYPED_TEST(ClosestPoints, OfTwoSegmentsHaveTheirEndsBehindTheirPlanes) {
     if (k % 5 == 1) e = d * R(random(-2, 2));  // parallel
     if (k % 5 == 2) d = {0, 0, 0};
     if (k % 5 == 3) e = {0, 0, 0};
-    const SegmentPoints<R> at = closest_on_segments(d, e, r);
-    ASSERT_TRUE(at.s >= 0 && at.s <= 1 && at.t >= 0 && at.t <= 1);
-    const Vector3<R> one = d * at.s, other = r + e * at.t, apart = one - other;
+    const Vector3<R> x[4] = {{0, 0, 0}, d, r, r + e};
+    R w[4];
+    weigh<PairKind::Edges>(x, w);
+    ASSERT_TRUE(w[0] >= 0 && w[1] >= 0 && w[2] <= 0 && w[3] <= 0);
+    ASSERT_NEAR(w[0] + w[1], 1, 1e-6);
+    ASSERT_NEAR(w[2] + w[3], -1, 1e-6);
+    const Vector3<R> apart = closest_offset(x, w), one = d * w[1], other = one - apart;
     for (const Vector3<R>& end : {Vector3<R>{0, 0, 0}, d}) ASSERT_GE(dot(apart, end - one), -rounding) << k;
     for (const Vector3<R>& end : {r, r + e}) ASSERT_LE(dot(apart, end - other), rounding) << k;
-  }
-}
-
-// The same closest points as the narrow phase finds them, without a branch.
-TYPED_TEST(ClosestPoints, OfPairsAreThoseOfTrianglesAndSegments) {
-  using R = TypeParam;
-  Random random(5);
-  const double rounding = sizeof(R) == 4 ? 2e-4 : 1e-9;  // of distances; needles and parallels keep half of the digits
-  for (int k = 0; k < 20000; ++k) {
-    Vector3<R> x[4];
-    R w[4];
-    for (Vector3<R>& at : x) at = anywhere<R>(random);
-    if (k % 5 == 1) x[3] = x[2];  // no area, no length
-    weigh<PairKind::Face>(x, w);
-    const Vector3<R> t = closest_on_triangle(x[2] - x[1], x[3] - x[1], x[0] - x[1]);
-    const Vector3<R> on = x[1] * t.x + x[2] * t.y + x[3] * t.z;
-    ASSERT_NEAR(norm(to_double(closest_difference(x, w))), norm(to_double(x[0] - on)), rounding) << k;
-    ASSERT_NEAR(w[0] + w[1] + w[2] + w[3], 0, 1e-5);
-    weigh<PairKind::Edges>(x, w);
-    const SegmentPoints<R> at = closest_on_segments(x[1] - x[0], x[3] - x[2], x[2] - x[0]);
-    const Vector3<R> one = x[0] + (x[1] - x[0]) * at.s, other = x[2] + (x[3] - x[2]) * at.t;
-    ASSERT_NEAR(norm(to_double(closest_difference(x, w))), norm(to_double(one - other)), rounding) << k;
-    ASSERT_NEAR(w[0] + w[1] + w[2] + w[3], 0, 1e-5);
   }
 }
 

@@ -28,7 +28,7 @@ long euler_characteristic(const Mesh& mesh) {
 // No element is degenerate, duplicated or unused.
 void expect_clean(Mesh mesh) {
   const Mesh before = mesh;
-  EXPECT_EQ(check_mesh(mesh, "generated", false).zero_area_faces, 0);
+  EXPECT_EQ(check_mesh(mesh, "generated", false), 0);
   EXPECT_EQ(mesh.faces, before.faces);
 }
 

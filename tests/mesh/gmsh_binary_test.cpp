@@ -5,7 +5,6 @@
 
 #include <random>
 
-#include "host/mesh/io/mesh_formats.h"
 #include "host/mesh/io/mesh_io.h"
 #include "malha/error.h"
 #include "tests/mesh/mesh_files.h"

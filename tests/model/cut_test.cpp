@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Cuts by the user: the parts that they separate, and what stays unchanged.
-#include "host/model/cut.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <functional>
 
 #include "host/mesh/topology.h"
+#include "host/model/tear.h"
 #include "host/solver/solver.h"
 #include "tests/mesh/irregular_mesh.h"
 #include "tests/refusal.h"

@@ -15,10 +15,8 @@
 #include "kernels/filter/dense_filter.h"
 #include "kernels/filter/front.h"
 #include "kernels/filter/sparse_filter.h"
-#include "kernels/filter/spring_energy.h"
 #include "kernels/filter/springs.h"
 #include "kernels/forces/air.h"
-#include "kernels/forces/damping.h"
 #include "kernels/forces/integrate.h"
 #include "kernels/forces/momenta.h"
 #include "kernels/forces/pressure.h"
@@ -75,7 +73,7 @@ void instantiate_filters() {
   instantiate_groups<Pieces<SumTop<R, Io>>, Pieces<ScatterRoot<R, Io>>, Pieces<GatherTop<R>>, Pieces<StoreRoot<R>>>();
   instantiate_groups<MultiplyDense<R, R>, MultiplyDense<short, R>>();
   instantiate<GatherDense<R, R, Io>, SumDense<short, R, Io>, EliminateFront<R, NativeIsa>>();
-  instantiate<SpringRows<R>, FilteredRows<R>, FilteredMotion<R>, RemoveRigid<R>, RemoveAsPublished<R>>();
+  instantiate<SpringRows<R>, FilteredRows<R>, FilteredMotion<R>, RemoveRigid<R>>();
   instantiate<MeasureExcess<R, Points<R>>, MeasureExcess<R, Displaced<R>>, MeasureSpring<double[3], int[2]>>();
 }
 template void instantiate_filters<float>();

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "tests/projection/one_constraint.h"
@@ -60,6 +61,12 @@ Corners<Kind> places_of(const BadPlace& bad) {
   return at;
 }
 
+/// Kinds whose gradient is zero where positions coincide or a triangle has no area. Others have one unless all
+/// particles coincide.
+template <class Kind>
+constexpr bool kSkipsDegenerate = std::is_same_v<Kind, Distance> || std::is_same_v<Kind, DistanceLimit> ||
+                                  std::is_same_v<Kind, Bending> || std::is_same_v<Kind, Plate>;
+
 template <class Kind, class R, Update update>
 void expect_harmless(const BadPlace& bad, const Rest<Kind>& rest) {
   const Corners<Kind> at = places_of<Kind>(bad);
@@ -81,7 +88,7 @@ void expect_harmless(const BadPlace& bad, const Rest<Kind>& rest) {
   EXPECT_TRUE(std::isfinite(one.lambda[0])) << what;
   for (int j = 0; j < Kind::particles; ++j) {
     EXPECT_TRUE(std::isfinite(one.p(j).x + one.p(j).y + one.p(j).z)) << what;
-    const bool skipped = Kind::degenerate == Degenerate::Skipped && !bad.has_direction;
+    const bool skipped = kSkipsDegenerate<Kind> && !bad.has_direction;
     if (!pulls || skipped) {
       EXPECT_TRUE(same_bits(one.way(j), before.way(j))) << what;
     }

@@ -15,16 +15,16 @@ namespace {
 
 Vector3<double> to_vector(const Vec3& a) { return {a[0], a[1], a[2]}; }
 
+double distance_of(int first, const Vector3<double> (&x)[4]) {
+  double weight[4];
+  closest_weights(first, x, weight);
+  return norm(closest_offset(x, weight));
+}
 double between_segments(const Vec3& p, const Vec3& q, const Vec3& a, const Vec3& b) {
-  const Vector3<double> d = to_vector(minus(q, p)), e = to_vector(minus(b, a)), from = to_vector(minus(a, p));
-  const SegmentPoints<double> at = closest_on_segments(d, e, from);
-  const Vector3<double> apart = from + e * at.t - d * at.s;
-  return std::sqrt(dot(apart, apart));
+  return distance_of(2, {to_vector(p), to_vector(q), to_vector(a), to_vector(b)});
 }
 double to_triangle(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
-  const Vector3<double> u = to_vector(minus(b, a)), v = to_vector(minus(c, a)), from = to_vector(minus(p, a));
-  const Vector3<double> at = closest_on_triangle(u, v, from), apart = from - u * at.y - v * at.z;
-  return std::sqrt(dot(apart, apart));
+  return distance_of(1, {to_vector(p), to_vector(a), to_vector(b), to_vector(c)});
 }
 
 // Vertices are on a lattice of 3 x 3 x 3, so that most triples and pairs are degenerate in some way. Distances without

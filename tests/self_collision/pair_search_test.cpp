@@ -122,8 +122,7 @@ TYPED_TEST(PairSearchOf, ATangleFindsAllThatCanComeNear) {
       for (int j = 0; j < 4; ++j) rest[j] = {tangle.x[i[j]][0], tangle.x[i[j]][1], tangle.x[i[j]][2]};
       weigh<kind>(rest, w);
       const bool one_body = tangle.surface.body[i[0]] == tangle.surface.body[i[3]];
-      const double wanted =
-          one_body ? std::min(kPairThickness, 0.5 * norm(closest_difference(rest, w))) : kPairThickness;
+      const double wanted = one_body ? std::min(kPairThickness, 0.5 * norm(closest_offset(rest, w))) : kPairThickness;
       for (int trial = 0; trial < 4; ++trial) {
         for (int j = 0; j < 4; ++j) {
           const double part = trial == 0 ? 0 : trial == 1 ? 1 : random(0, 1);
@@ -131,7 +130,7 @@ TYPED_TEST(PairSearchOf, ATangleFindsAllThatCanComeNear) {
           at[j] = to_double(from[i[j]].xyz()) + to_double(way[i[j]].xyz()) * part + beyond;
         }
         weigh<kind>(at, w);
-        if (norm(closest_difference(at, w)) >= wanted) continue;
+        if (norm(closest_offset(at, w)) >= wanted) continue;
         ++near;
         ASSERT_TRUE(found.count(named(kind == PairKind::Edges, i)) == 1) << i[0] << " " << i[1] << " " << i[2];
       }

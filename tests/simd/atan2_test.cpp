@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "kernels/simd/atan2.h"
-
 #include <gtest/gtest.h>
 
 #include <array>
@@ -8,6 +6,7 @@
 #include <limits>
 #include <numbers>
 
+#include "kernels/simd/elementary_functions.h"
 #include "tests/numbers.h"
 
 namespace malha {

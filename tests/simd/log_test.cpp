@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // The logarithm of scalars and packs.
-#include "kernels/simd/log.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
+
+#include "kernels/simd/elementary_functions.h"
 
 namespace malha {
 namespace {

@@ -5,7 +5,6 @@
 
 #include "host/base/file.h"
 #include "host/base/spelling_suggestion.h"
-#include "host/mesh/io/mesh_formats.h"
 #include "host/mesh/tetrahedra.h"
 #include "malha/error.h"
 

@@ -2,6 +2,7 @@
 // Reading of mesh files.
 #pragma once
 #include <string>
+#include <string_view>
 
 #include "malha/mesh.h"
 
@@ -19,5 +20,15 @@ Mesh read_mesh(const std::string& path);
 
 /// True if the path has the extension of a format that read_mesh() reads.
 bool is_mesh_file(const std::string& path);
+
+/// Readers of the formats, used by read_mesh(). `file` names the input in messages, `data` is its whole content.
+Mesh read_obj(const std::string& file, std::string_view data);
+Mesh read_off(const std::string& file, std::string_view data);
+Mesh read_ply(const std::string& file, std::string_view data);
+Mesh read_stl(const std::string& file, std::string_view data);
+Mesh read_medit(const std::string& file, std::string_view data);
+Mesh read_gmsh(const std::string& file, std::string_view data);
+Mesh read_tetgen(const std::string& node_file, std::string_view node_data, const std::string& ele_file,
+                 std::string_view ele_data);
 
 }  // namespace malha

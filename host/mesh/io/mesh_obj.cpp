@@ -5,7 +5,7 @@
 #include <array>
 #include <string>
 
-#include "host/mesh/io/mesh_formats.h"
+#include "host/mesh/io/mesh_io.h"
 #include "host/mesh/io/mesh_scan.h"
 #include "host/mesh/polygons.h"
 

@@ -4,10 +4,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <optional>
 #include <string>
+#include <vector>
 
-#include "host/mesh/io/mesh_formats.h"
-#include "host/mesh/io/mesh_ply_header.h"
+#include "host/mesh/io/mesh_io.h"
+#include "host/mesh/io/mesh_scan.h"
 #include "host/mesh/polygons.h"
 #include "malha/error.h"
 #include "malha/text.h"
@@ -15,6 +17,137 @@
 namespace malha {
 namespace ply {
 namespace {
+
+enum class Type { Int8, Uint8, Int16, Uint16, Int32, Uint32, Float32, Float64 };
+
+/// Bytes of a value.
+std::size_t size_of(Type type) {
+  constexpr std::size_t sizes[] = {1, 1, 2, 2, 4, 4, 4, 8};
+  return sizes[static_cast<int>(type)];
+}
+
+/// Use of a property: x, y, z (0, 1, 2), the corners of a face, or skipped.
+enum Role { skipped = -1, corners = 3 };
+
+struct Property {
+  std::string name;
+  Type type = Type::Int8;
+  std::optional<Type> count;  // type of the count of a list; none: a scalar
+  int role = skipped;
+};
+
+/// A sequence of items with the same properties, such as vertices or faces.
+struct Element {
+  std::string name;
+  long long count = 0;
+  std::vector<Property> properties;
+  std::string place;  // of its count in the header, for messages
+
+  bool has(int role) const { return std::ranges::find(properties, role, &Property::role) != properties.end(); }
+};
+
+struct Header {
+  std::string format;  // ascii, binary_little_endian or binary_big_endian
+  std::vector<Element> elements;
+  long long vertices = 0;  // count of the element "vertex"
+};
+
+struct TypeName {
+  const char* name;
+  Type type;
+};
+constexpr TypeName type_names[] = {
+    {"char", Type::Int8},     {"int8", Type::Int8},       {"uchar", Type::Uint8},    {"uint8", Type::Uint8},
+    {"short", Type::Int16},   {"int16", Type::Int16},     {"ushort", Type::Uint16},  {"uint16", Type::Uint16},
+    {"int", Type::Int32},     {"int32", Type::Int32},     {"uint", Type::Uint32},    {"uint32", Type::Uint32},
+    {"float", Type::Float32}, {"float32", Type::Float32}, {"double", Type::Float64}, {"float64", Type::Float64}};
+
+bool is_integer(Type type) { return type != Type::Float32 && type != Type::Float64; }
+
+Type read_type(TextScanner& scan) {
+  const std::string_view name = scan.word("a type");
+  const auto known = std::ranges::find(type_names, name, &TypeName::name);
+  if (known == std::end(type_names)) {
+    scan.refuse_word(name, "char, uchar, short, ushort, int, uint, float, double or int8 to float64");
+  }
+  return known->type;
+}
+
+int role_of(const std::string& element, const Property& property) {
+  if (element == "vertex" && !property.count && property.name.size() == 1) {
+    const auto axis = std::string_view("xyz").find(property.name);
+    return axis == std::string_view::npos ? skipped : static_cast<int>(axis);
+  }
+  const bool is_corners = property.name == "vertex_indices" || property.name == "vertex_index";
+  return element == "face" && property.count && is_integer(property.type) && is_corners ? corners : skipped;
+}
+
+Property read_property(TextScanner& scan, const std::string& element) {
+  Property property;
+  if (TextScanner(scan).word("a type") == "list") {
+    scan.word("");
+    property.count = read_type(scan);
+    if (!is_integer(*property.count))
+      scan.refuse_here("a list with a count of a floating-point type", "a count of an integer type");
+  }
+  property.type = read_type(scan);
+  property.name = scan.word("a name");
+  property.role = role_of(element, property);
+  return property;
+}
+
+// Refuses headers other than those with one vertex element with x, y, z and at most one face element with corners.
+void require_elements(const std::string& file, const TextScanner& scan, Header& header) {
+  for (const char* name : {"vertex", "face"}) {
+    const auto matches = std::ranges::count(header.elements, std::string_view(name), &Element::name);
+    if (matches > 1) scan.refuse_here("a header with more than one element " + quoted(name), "one");
+  }
+  const auto vertex = std::ranges::find(header.elements, std::string_view("vertex"), &Element::name);
+  if (vertex == header.elements.end()) scan.refuse_here("a header without element \"vertex\"", "one");
+  header.vertices = vertex->count;
+  if (!vertex->has(0) || !vertex->has(1) || !vertex->has(2)) {
+    refuse(file, vertex->place, "an element \"vertex\" without x, y and z", "properties x, y and z");
+  }
+  const auto face = std::ranges::find(header.elements, std::string_view("face"), &Element::name);
+  if (face != header.elements.end() && !face->has(corners)) {
+    refuse(file, face->place, "an element \"face\" without corners",
+           "a list vertex_indices (or vertex_index) of an integer type");
+  }
+}
+
+/// Reads the header up to and including the line end_header. The result has one element "vertex" with x, y, z, and at
+/// most one element "face", with a list of corners. Throws InputError.
+Header read_header(const std::string& file, TextScanner& scan) {
+  Header header;
+  const bool any = scan.next_line();
+  if (!any || scan.word("") != "ply") scan.refuse_here("no PLY header", "\"ply\" on the first line");
+  while (true) {
+    if (!scan.next_line()) scan.refuse_end("end_header");
+    const std::string_view keyword = scan.word("");
+    if (keyword == "end_header") break;
+    if (keyword == "comment" || keyword == "obj_info") continue;
+    if (keyword == "format") {
+      header.format = scan.word("a format");
+      if (header.format != "ascii" && header.format != "binary_little_endian" && header.format != "binary_big_endian") {
+        scan.refuse_word(header.format, "ascii, binary_little_endian or binary_big_endian");
+      }
+    } else if (keyword == "element") {
+      Element element;
+      element.name = scan.word("a name");
+      element.count = scan.integer("a count");
+      element.place = scan.place();
+      if (element.count < 0) scan.refuse_here(std::to_string(element.count), "a count of 0 or more");
+      header.elements.push_back(std::move(element));
+    } else if (keyword == "property" && !header.elements.empty()) {
+      header.elements.back().properties.push_back(read_property(scan, header.elements.back().name));
+    } else {
+      scan.refuse_word(keyword, "format, comment, element, property (after an element) or end_header");
+    }
+  }
+  if (header.format.empty()) scan.refuse_here("a header without format", "format ascii 1.0, or binary");
+  require_elements(file, scan, header);
+  return header;
+}
 
 // The item that is being read, such as a vertex or a face.
 struct Item {
@@ -54,7 +187,7 @@ class AsciiValues {
 class BinaryValues {
  public:
   BinaryValues(const std::string& file, std::string_view data, std::size_t start, std::endian order)
-      : file_(file), scan_(file, data, start, order), value_at_(start) {}
+      : scan_(file, data, start, order) {}
 
   static std::size_t line() { return 0; }
   std::size_t bytes_left() const { return scan_.bytes_left(); }
@@ -68,26 +201,25 @@ class BinaryValues {
   }
   long long integer(Type type) { return number<long long>(type); }
   void skip(Type type) {
-    require(type);
+    require(size_of(type));
     scan_.skip(size_of(type));
   }
   bool at_end() {
-    value_at_ = scan_.offset();
+    require(0);
     return scan_.bytes_left() == 0;
   }
   [[noreturn]] void refuse_value(const std::string& found, const std::string& allowed) {
-    refuse(file_, "byte " + std::to_string(value_at_), found, allowed);
+    scan_.refuse_value(found, allowed);
   }
 
  private:
-  void require(Type type) {
-    value_at_ = scan_.offset();
-    if (scan_.bytes_left() < size_of(type)) scan_.refuse_end(item_.text());
+  void require(std::size_t bytes) {
+    scan_.begin_value(bytes, [this] { return item_.text(); });
   }
 
   template <class Number>
   Number number(Type type) {
-    require(type);
+    require(size_of(type));
     switch (type) {
       case Type::Int8:
         return static_cast<Number>(scan_.get<std::int8_t>());
@@ -108,9 +240,7 @@ class BinaryValues {
     }
   }
 
-  std::string file_;
   ByteScanner scan_;
-  std::size_t value_at_;
   Item item_;
 };
 

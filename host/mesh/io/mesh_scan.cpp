@@ -135,11 +135,15 @@ void TextScanner::refuse_here(const std::string& found, const std::string& allow
 }
 
 ByteScanner::ByteScanner(const std::string& file, std::string_view data, std::size_t start, std::endian order)
-    : file_(file), data_(data), next_(start), swap_(order != std::endian::native) {}
+    : file_(file), data_(data), next_(start), value_at_(start), swap_(order != std::endian::native) {}
 
 void ByteScanner::refuse_end(const std::string& wanted) const {
   refuse(file_, "byte " + std::to_string(next_), "the end of the file after " + std::to_string(bytes_left()) + " bytes",
          wanted);
+}
+
+void ByteScanner::refuse_value(const std::string& found, const std::string& allowed) const {
+  refuse(file_, "byte " + std::to_string(value_at_), found, allowed);
 }
 
 }  // namespace malha

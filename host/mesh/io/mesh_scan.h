@@ -53,7 +53,7 @@ class TextScanner {
 /// Parses the whole word as an integer. Returns false if it is not one.
 bool to_integer(std::string_view word, long long& value);
 
-/// Scans bytes. The caller must check that enough bytes are left.
+/// Scans bytes.
 class ByteScanner {
  public:
   ByteScanner(const std::string& file, std::string_view data, std::size_t start, std::endian order);
@@ -62,6 +62,14 @@ class ByteScanner {
   std::size_t offset() const { return next_; }
   void skip(std::size_t bytes) { next_ += bytes; }
 
+  /// Begins a value of so many bytes; throws if fewer are left. `wanted()` names the value.
+  template <class Wanted>
+  void begin_value(std::size_t bytes, const Wanted& wanted) {
+    value_at_ = next_;
+    if (bytes_left() < bytes) refuse_end(wanted());
+  }
+
+  /// The caller must check that enough bytes are left.
   template <class T>
   T get() {
     char raw[sizeof(T)];
@@ -75,11 +83,13 @@ class ByteScanner {
 
   /// Throws for the end of the file; `wanted` is what should follow.
   [[noreturn]] void refuse_end(const std::string& wanted) const;
+  /// Throws for the last value that was begun.
+  [[noreturn]] void refuse_value(const std::string& found, const std::string& allowed) const;
 
  private:
   std::string file_;
   std::string_view data_;
-  std::size_t next_;
+  std::size_t next_, value_at_;
   bool swap_;
 };
 

@@ -8,7 +8,7 @@
 
 #include "host/base/spelling_suggestion.h"
 #include "host/mesh/first_equal.h"
-#include "host/mesh/io/mesh_formats.h"
+#include "host/mesh/io/mesh_io.h"
 #include "host/mesh/io/mesh_scan.h"
 #include "malha/error.h"
 

@@ -3,7 +3,7 @@
 // first point; attributes and boundary markers are skipped.
 #include <string>
 
-#include "host/mesh/io/mesh_formats.h"
+#include "host/mesh/io/mesh_io.h"
 #include "host/mesh/io/mesh_scan.h"
 
 namespace malha {

@@ -6,7 +6,7 @@
 
 namespace malha {
 
-/// The solver's index of each of the user's particles, the inverse of Model::user_index.
+/// The solver's index of each of the user's particles, the inverse of Model::user_index; or that of any other order.
 inline std::vector<int> solver_of(const std::vector<int>& user_index) {
   std::vector<int> of(user_index.size());
   for (std::size_t i = 0; i < of.size(); ++i) of[user_index[i]] = static_cast<int>(i);

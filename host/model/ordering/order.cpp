@@ -91,11 +91,11 @@ std::vector<int> solver_order(const std::vector<Vec3>& points, const std::vector
                               const std::vector<Edge>& edges) {
   std::vector<int> user(points.size());
   std::iota(user.begin(), user.end(), 0);
-  std::stable_sort(user.begin(), user.end(), [&](int a, int b) { return component[a] < component[b]; });
+  std::ranges::stable_sort(user, [&](int a, int b) { return component[a] < component[b]; });
 
   const std::vector<std::uint64_t> code = morton_codes(points, component, user);
   std::vector<int> morton = user;
-  std::stable_sort(morton.begin(), morton.end(), [&](int a, int b) {
+  std::ranges::stable_sort(morton, [&](int a, int b) {
     return component[a] != component[b] ? component[a] < component[b] : code[a] < code[b];
   });
 

@@ -118,14 +118,10 @@ std::vector<std::uint8_t> particle_classes(const std::vector<ConstraintSet>& set
     const int* particles;
     int arity;
   };
-  std::vector<int> begin(particles + 1, 0);
-  for_each_link(sets, edges,
-                [&](const int* of, int arity) { std::for_each(of, of + arity, [&](int i) { ++begin[i + 1]; }); });
-  std::partial_sum(begin.begin(), begin.end(), begin.begin());
-  std::vector<Link> links(begin.back());
-  std::vector<int> next(begin.begin(), begin.end() - 1);
-  for_each_link(sets, edges, [&](const int* of, int arity) {
-    std::for_each(of, of + arity, [&](int i) { links[next[i]++] = {of, arity}; });
+  const CompressedLists<Link> links(particles, [&](const auto& add) {
+    for_each_link(sets, edges, [&](const int* of, int arity) {
+      std::for_each(of, of + arity, [&](int i) { add(i, {of, arity}); });
+    });
   });
   UsedColours used(particles);
   std::vector<std::uint8_t> class_of(particles);
@@ -133,7 +129,7 @@ std::vector<std::uint8_t> particle_classes(const std::vector<ConstraintSet>& set
     const int chosen = used.lowest_free(&i, 1);
     class_of[i] = static_cast<std::uint8_t>(std::min<int>(chosen, kNoClass));
     if (chosen >= kNoClass) continue;
-    for (int l = begin[i]; l < begin[i + 1]; ++l) used.use(chosen, links[l].particles, links[l].arity);
+    for (const Link& l : links[i]) used.use(chosen, l.particles, l.arity);
   }
   return class_of;
 }
@@ -188,8 +184,8 @@ struct PatchSorter {
     std::vector<int> sorted(count);
     std::iota(sorted.begin(), sorted.end(), begin);
     const auto& class_of = patches.class_of;
-    if (std::any_of(sorted.begin(), sorted.end(), [&](int i) { return class_of[i] == kNoClass; })) return false;
-    std::stable_sort(sorted.begin(), sorted.end(), [&](int a, int b) { return class_of[a] < class_of[b]; });
+    if (std::ranges::any_of(sorted, [&](int i) { return class_of[i] == kNoClass; })) return false;
+    std::ranges::stable_sort(sorted, [&](int a, int b) { return class_of[a] < class_of[b]; });
     std::vector<std::uint8_t> class_at(count);
     for (int i = 0; i < count; ++i) class_at[i] = class_of[sorted[i]];
     const ClassLayout layout = lay_out_classes(class_at);
@@ -200,8 +196,8 @@ struct PatchSorter {
     int contiguous = 0, all = 0;
     for (std::size_t s = 0; s < sets.size(); ++s) {
       std::vector<int> particles;
-      for (int c = owned[s].begin[patch]; c < owned[s].begin[patch + 1]; ++c) {
-        const int* of = &sets[s].particles[owned[s].list[c] * sets[s].arity];
+      for (const int c : owned[s][patch]) {
+        const int* of = &sets[s].particles[c * sets[s].arity];
         if (std::any_of(of, of + sets[s].arity, [&](int i) { return patch_of[i] != patch; })) continue;
         for (int j = 0; j < sets[s].arity; ++j) particles.push_back(slot[of[j] - begin]);
       }
@@ -245,12 +241,9 @@ std::vector<int> owners(const ConstraintSet& set, const std::vector<int>& patch_
 }
 
 ByOwner by_owner(const std::vector<int>& owner, int patches) {
-  ByOwner sorted{std::vector<int>(patches + 1, 0), std::vector<int>(owner.size())};
-  for (const int k : owner) ++sorted.begin[k + 1];
-  std::partial_sum(sorted.begin.begin(), sorted.begin.end(), sorted.begin.begin());
-  std::vector<int> next(sorted.begin.begin(), sorted.begin.end() - 1);
-  for (std::size_t c = 0; c < owner.size(); ++c) sorted.list[next[owner[c]]++] = static_cast<int>(c);
-  return sorted;
+  return {static_cast<std::size_t>(patches), [&](const auto& add) {
+            for (std::size_t c = 0; c < owner.size(); ++c) add(owner[c], static_cast<int>(c));
+          }};
 }
 
 ClassLayout lay_out_classes(const std::vector<std::uint8_t>& class_of) {

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "host/mesh/compressed_lists.h"
 #include "malha/mesh.h"
 
 namespace malha {
@@ -55,10 +56,8 @@ std::vector<int> owners(const ConstraintSet& set, const std::vector<int>& patch_
 /// The patch of each particle.
 std::vector<int> patch_of_particles(const Patches& patches);
 
-/// Constraints by owner. Those of patch k are list[begin[k]] .. list[begin[k + 1] - 1], in creation order.
-struct ByOwner {
-  std::vector<int> begin, list;
-};
+/// The constraints of each patch, in creation order.
+using ByOwner = CompressedLists<int>;
 ByOwner by_owner(const std::vector<int>& owner, int patches);
 
 /// Layout of a patch's memory for particles sorted by class. Each class starts at a multiple of the pack size, with a

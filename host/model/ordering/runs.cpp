@@ -31,7 +31,7 @@ Family family_of(const int* particles, int arity, const std::vector<std::uint8_t
 
 int Runs::contiguous() const {
   return std::accumulate(runs.begin(), runs.end(), 0, [](int sum, const Run& run) {
-    return sum + static_cast<int>(std::count_if(run.slots.begin(), run.slots.end(), [](int c) { return c >= 0; }));
+    return sum + static_cast<int>(std::ranges::count_if(run.slots, [](int c) { return c >= 0; }));
   });
 }
 
@@ -65,7 +65,7 @@ Runs find_runs(const std::vector<int>& particles, int arity, const std::vector<s
   const auto at = [&](int c) { return particles[c * arity]; };
   for (auto& families : by_rank)
     for (auto& [name, family] : families) {
-      std::stable_sort(family.begin(), family.end(), [&](int a, int b) { return at(a) < at(b); });
+      std::ranges::stable_sort(family, {}, at);
       // Two equal constraints would have the same slot, so that the second one starts another run.
       const auto follows = [&](int c, int before) { return at(c) > at(before) && at(c) - at(before) <= kMaxGap; };
       Run* run = nullptr;
@@ -84,7 +84,7 @@ Runs find_runs(const std::vector<int>& particles, int arity, const std::vector<s
         for (auto c = begin; c != end; ++c) run->slots[at(*c) - first] = *c;
       }
     }
-  std::sort(result.loose.begin(), result.loose.end());
+  std::ranges::sort(result.loose);
   return result;
 }
 

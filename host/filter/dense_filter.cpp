@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/filter/dense_plan.h"
+#include "host/filter/dense_filter.h"
 
 #include <algorithm>
 #include <cmath>

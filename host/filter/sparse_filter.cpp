@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/filter/sparse_plan.h"
+#include "host/filter/sparse_filter.h"
 
 #include <algorithm>
 
