@@ -25,26 +25,10 @@ std::vector<std::string> keys_of(const std::vector<JsonReader::Field>& fields) {
 
 }  // namespace
 
-Interval any(const std::string& unit) {
-  Interval range;
-  range.unit = unit;
-  return range;
-}
-Interval above(double min, const std::string& unit) {
-  Interval range = at_least(min, unit);
-  range.min_included = false;
-  return range;
-}
-Interval at_least(double min, const std::string& unit) {
-  Interval range = any(unit);
-  range.min = min;
-  return range;
-}
-Interval between(double min, double max, const std::string& unit) {
-  Interval range = at_least(min, unit);
-  range.max = max;
-  return range;
-}
+Interval any(const std::string& unit) { return {.unit = unit}; }
+Interval above(double min, const std::string& unit) { return {.min = min, .min_included = false, .unit = unit}; }
+Interval at_least(double min, const std::string& unit) { return {.min = min, .unit = unit}; }
+Interval between(double min, double max, const std::string& unit) { return {.min = min, .max = max, .unit = unit}; }
 
 JsonReader::JsonReader(const JsonValue& value, const std::string& file, const std::string& pointer, ErrorList* errors)
     : value_(&value), file_(file), pointer_(pointer), errors_(errors) {}

@@ -4,6 +4,7 @@
 #include <array>
 #include <functional>
 #include <limits>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
@@ -38,11 +39,12 @@ class JsonReader {
   JsonReader(const JsonValue& value, const std::string& file, const std::string& pointer = "",
              ErrorList* errors = nullptr);
 
-  /// A key that an object may have, and the function that reads its value.
+  /// A key that an object may have, the function that reads its value, and the one that writes it into an object.
   struct Field {
     std::string key;
     std::function<void(const JsonReader&)> read;
     bool required = false;
+    std::function<void(nlohmann::ordered_json&)> write = {};  // empty: the key is not written
   };
   /// Reads an object with these keys and no others. Unknown keys are refused before missing ones, so that a misspelt
   /// key is named; then the fields are read in the given order. If errors are collected, it reads all fields and then
