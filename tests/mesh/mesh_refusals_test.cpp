@@ -64,13 +64,13 @@ INSTANTIATE_TEST_SUITE_P(
         BadMesh{"a.off", "OFF\n",
                 "line 1: found the end of the file; allowed: the numbers of vertices, faces and edges"},
         BadMesh{"a.off", "OFF\n1000000000000 0 0\n0 0 0\n",
-                "line 2, column 1: found 1000000000000 as the number of vertices; allowed: 0 to 1, as many as the rest "
+                "line 2, column 1: found 1000000000000 as the number of vertices; allowed: 0 to 2, as many as the rest "
                 "of the file can hold"},
         BadMesh{"a.off", "OFF\n1 1000000000000 0\n0 0 0\n",
-                "line 2, column 3: found 1000000000000 as the number of faces; allowed: 0 to 0, as many as the rest of "
+                "line 2, column 3: found 1000000000000 as the number of faces; allowed: 0 to 1, as many as the rest of "
                 "the file can hold"},
         BadMesh{"a.off", "OFF\n-1 0 0\n",
-                "line 2, column 1: found -1 as the number of vertices; allowed: 0 to 0, as many as the rest of the "
+                "line 2, column 1: found -1 as the number of vertices; allowed: 0 to 1, as many as the rest of the "
                 "file can hold"},
         BadMesh{"a.off", "OFF 2.5 0 0\n",
                 "line 1, column 5: found \"2.5\"; allowed: the number of vertices, an integer"},

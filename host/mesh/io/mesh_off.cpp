@@ -22,25 +22,14 @@ bool read_header(TextScanner& scan) {
   return header != "OFF";
 }
 
-long long read_count(TextScanner& scan, const char* wanted, long long bytes_each) {
-  const long long count = scan.integer(wanted);
-  // This is checked before any allocation: the rest of the text must be able to hold the announced items.
-  const long long most = (static_cast<long long>(scan.bytes_left()) + 1) / bytes_each;
-  if (count < 0 || count > most) {
-    scan.refuse_here(std::to_string(count) + " as " + wanted,
-                     "0 to " + std::to_string(most) + ", as many as the rest of the file can hold");
-  }
-  return count;
-}
-
 }  // namespace
 
 Mesh read_off(const std::string& file, std::string_view data) {
   TextScanner scan(file, data, '#');
   const bool extra = read_header(scan);
   if (!scan.has_word() && !scan.next_line()) scan.refuse_end("the numbers of vertices, faces and edges");
-  const long long vertices = read_count(scan, "the number of vertices", 6);  // "0 0 0\n"
-  const long long faces = read_count(scan, "the number of faces", 8);        // "3 0 1 2\n"
+  const long long vertices = scan.count("the number of vertices", 6);  // "0 0 0\n"
+  const long long faces = scan.count("the number of faces", 8);        // "3 0 1 2\n"
   if (scan.has_word()) scan.integer("the number of edges");
   scan.require_end_of_line("the numbers of vertices, faces and edges");
 

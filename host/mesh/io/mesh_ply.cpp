@@ -5,9 +5,11 @@
 #include <cmath>
 #include <cstdint>
 #include <string>
+#include <type_traits>
+#include <vector>
 
 #include "host/mesh/io/mesh_formats.h"
-#include "host/mesh/io/mesh_ply_header.h"
+#include "host/mesh/io/mesh_scan.h"
 #include "host/mesh/polygons.h"
 #include "malha/error.h"
 #include "malha/text.h"
@@ -15,6 +17,135 @@
 namespace malha {
 namespace ply {
 namespace {
+
+/// A type of numbers. A double represents the numbers of each exactly.
+struct Type {
+  std::string_view name;
+  std::size_t bytes;
+  bool is_integer;
+  double (*get)(ByteScanner& scan);
+};
+template <class T>
+constexpr Type type(std::string_view name) {
+  return {name, sizeof(T), std::is_integral_v<T>, [](ByteScanner& scan) { return static_cast<double>(scan.get<T>()); }};
+}
+constexpr Type types[] = {type<std::int8_t>("char"),     type<std::int8_t>("int8"),     type<std::uint8_t>("uchar"),
+                          type<std::uint8_t>("uint8"),   type<std::int16_t>("short"),   type<std::int16_t>("int16"),
+                          type<std::uint16_t>("ushort"), type<std::uint16_t>("uint16"), type<std::int32_t>("int"),
+                          type<std::int32_t>("int32"),   type<std::uint32_t>("uint"),   type<std::uint32_t>("uint32"),
+                          type<float>("float"),          type<float>("float32"),        type<double>("double"),
+                          type<double>("float64")};
+
+/// Use of a property: x, y, z (0, 1, 2), the corners of a face, or skipped.
+enum Role { skipped = -1, corners = 3 };
+
+struct Property {
+  std::string name;
+  const Type* type = nullptr;
+  const Type* count = nullptr;  // of the count of a list; null: a scalar
+  int role = skipped;
+};
+
+/// A sequence of items with the same properties, such as vertices or faces.
+struct Element {
+  std::string name;
+  long long count = 0;
+  std::vector<Property> properties;
+  std::string place;  // of its count in the header, for messages
+
+  bool has(int role) const { return std::ranges::find(properties, role, &Property::role) != properties.end(); }
+};
+
+struct Header {
+  std::string format;  // ascii, binary_little_endian or binary_big_endian
+  std::vector<Element> elements;
+  long long vertices = 0;  // count of the element "vertex"
+};
+
+const Type* read_type(TextScanner& scan) {
+  const std::string_view name = scan.word("a type");
+  const auto known = std::ranges::find(types, name, &Type::name);
+  if (known == std::end(types)) {
+    scan.refuse_word(name, "char, uchar, short, ushort, int, uint, float, double or int8 to float64");
+  }
+  return known;
+}
+
+int role_of(const std::string& element, const Property& property) {
+  if (element == "vertex" && !property.count && property.name.size() == 1) {
+    const auto axis = std::string_view("xyz").find(property.name);
+    return axis == std::string_view::npos ? skipped : static_cast<int>(axis);
+  }
+  const bool is_corners = property.name == "vertex_indices" || property.name == "vertex_index";
+  return element == "face" && property.count && property.type->is_integer && is_corners ? corners : skipped;
+}
+
+Property read_property(TextScanner& scan, const std::string& element) {
+  Property property;
+  if (TextScanner(scan).word("a type") == "list") {
+    scan.word("");
+    property.count = read_type(scan);
+    if (!property.count->is_integer)
+      scan.refuse_here("a list with a count of a floating-point type", "a count of an integer type");
+  }
+  property.type = read_type(scan);
+  property.name = scan.word("a name");
+  property.role = role_of(element, property);
+  return property;
+}
+
+// Refuses headers other than those with one vertex element with x, y, z and at most one face element with corners.
+void require_elements(const std::string& file, const TextScanner& scan, Header& header) {
+  for (const char* name : {"vertex", "face"}) {
+    const auto matches = std::ranges::count(header.elements, std::string_view(name), &Element::name);
+    if (matches > 1) scan.refuse_here("a header with more than one element " + quoted(name), "one");
+  }
+  const auto vertex = std::ranges::find(header.elements, std::string_view("vertex"), &Element::name);
+  if (vertex == header.elements.end()) scan.refuse_here("a header without element \"vertex\"", "one");
+  header.vertices = vertex->count;
+  if (!vertex->has(0) || !vertex->has(1) || !vertex->has(2)) {
+    refuse(file, vertex->place, "an element \"vertex\" without x, y and z", "properties x, y and z");
+  }
+  const auto face = std::ranges::find(header.elements, std::string_view("face"), &Element::name);
+  if (face != header.elements.end() && !face->has(corners)) {
+    refuse(file, face->place, "an element \"face\" without corners",
+           "a list vertex_indices (or vertex_index) of an integer type");
+  }
+}
+
+/// Reads the header up to and including the line end_header. The result has one element "vertex" with x, y, z, and at
+/// most one element "face", with a list of corners.
+Header read_header(const std::string& file, TextScanner& scan) {
+  Header header;
+  const bool any = scan.next_line();
+  if (!any || scan.word("") != "ply") scan.refuse_here("no PLY header", "\"ply\" on the first line");
+  while (true) {
+    if (!scan.next_line()) scan.refuse_end("end_header");
+    const std::string_view keyword = scan.word("");
+    if (keyword == "end_header") break;
+    if (keyword == "comment" || keyword == "obj_info") continue;
+    if (keyword == "format") {
+      header.format = scan.word("a format");
+      if (header.format != "ascii" && header.format != "binary_little_endian" && header.format != "binary_big_endian") {
+        scan.refuse_word(header.format, "ascii, binary_little_endian or binary_big_endian");
+      }
+    } else if (keyword == "element") {
+      Element element;
+      element.name = scan.word("a name");
+      element.count = scan.integer("a count");
+      element.place = scan.place();
+      if (element.count < 0) scan.refuse_here(std::to_string(element.count), "a count of 0 or more");
+      header.elements.push_back(std::move(element));
+    } else if (keyword == "property" && !header.elements.empty()) {
+      header.elements.back().properties.push_back(read_property(scan, header.elements.back().name));
+    } else {
+      scan.refuse_word(keyword, "format, comment, element, property (after an element) or end_header");
+    }
+  }
+  if (header.format.empty()) scan.refuse_here("a header without format", "format ascii 1.0, or binary");
+  require_elements(file, scan, header);
+  return header;
+}
 
 // The item that is being read, such as a vertex or a face.
 struct Item {
@@ -33,14 +164,14 @@ class AsciiValues {
 
   std::size_t line() const { return scan_.line(); }
   std::size_t bytes_left() const { return scan_.bytes_left() + 1; }  // the last line may have no line end
-  static std::size_t bytes_of(Type) { return 2; }                    // a digit and a separator
+  static std::size_t bytes_of(const Type&) { return 2; }             // a digit and a separator
   void begin(const Item& item) {
     if (!scan_.next_line()) scan_.refuse_end(item.text());
   }
   void end() { scan_.require_end_of_line("as many values as the header says"); }
-  double real(Type) { return scan_.real("a coordinate"); }
-  long long integer(Type) { return scan_.integer("a count or an index"); }
-  void skip(Type) { scan_.word("a value"); }
+  double real(const Type&) { return scan_.real("a coordinate"); }
+  long long integer(const Type&) { return scan_.integer("a count or an index"); }
+  void skip(const Type&) { scan_.word("a value"); }
   bool at_end() { return !scan_.next_line(); }
   [[noreturn]] void refuse_value(const std::string& found, const std::string& allowed) {
     scan_.refuse_here(found, allowed);
@@ -58,18 +189,18 @@ class BinaryValues {
 
   static std::size_t line() { return 0; }
   std::size_t bytes_left() const { return scan_.bytes_left(); }
-  static std::size_t bytes_of(Type type) { return size_of(type); }
+  static std::size_t bytes_of(const Type& type) { return type.bytes; }
   void begin(const Item& item) { item_ = item; }
   void end() {}
-  double real(Type type) {
-    const double value = number<double>(type);
+  double real(const Type& type) {
+    const double value = number(type);
     if (!std::isfinite(value)) refuse_value("a NaN or infinite coordinate in " + item_.text(), "finite numbers");
     return value;
   }
-  long long integer(Type type) { return number<long long>(type); }
-  void skip(Type type) {
+  long long integer(const Type& type) { return static_cast<long long>(number(type)); }
+  void skip(const Type& type) {
     require(type);
-    scan_.skip(size_of(type));
+    scan_.skip(type.bytes);
   }
   bool at_end() {
     value_at_ = scan_.offset();
@@ -80,32 +211,13 @@ class BinaryValues {
   }
 
  private:
-  void require(Type type) {
-    value_at_ = scan_.offset();
-    if (scan_.bytes_left() < size_of(type)) scan_.refuse_end(item_.text());
-  }
-
-  template <class Number>
-  Number number(Type type) {
+  double number(const Type& type) {
     require(type);
-    switch (type) {
-      case Type::Int8:
-        return static_cast<Number>(scan_.get<std::int8_t>());
-      case Type::Uint8:
-        return static_cast<Number>(scan_.get<std::uint8_t>());
-      case Type::Int16:
-        return static_cast<Number>(scan_.get<std::int16_t>());
-      case Type::Uint16:
-        return static_cast<Number>(scan_.get<std::uint16_t>());
-      case Type::Int32:
-        return static_cast<Number>(scan_.get<std::int32_t>());
-      case Type::Uint32:
-        return static_cast<Number>(scan_.get<std::uint32_t>());
-      case Type::Float32:
-        return static_cast<Number>(scan_.get<float>());
-      default:
-        return static_cast<Number>(scan_.get<double>());
-    }
+    return type.get(scan_);
+  }
+  void require(const Type& type) {
+    value_at_ = scan_.offset();
+    if (scan_.bytes_left() < type.bytes) scan_.refuse_end(item_.text());
   }
 
   std::string file_;
@@ -127,7 +239,7 @@ void read_corners(Values& values, const Property& property, long long vertices, 
   if (size < 3) values.refuse_value("a face of " + std::to_string(size) + " corners", "3 or more");
   face.clear();
   for (long long k = 0; k < size; ++k) {
-    const long long index = values.integer(property.type);
+    const long long index = values.integer(*property.type);
     if (index < 0 || index >= vertices) {
       values.refuse_value("vertex " + std::to_string(index), "0 to " + std::to_string(vertices - 1));
     }
@@ -139,7 +251,8 @@ void read_corners(Values& values, const Property& property, long long vertices, 
 template <class Values>
 void require_capacity(const std::string& file, const Element& element, const Values& values) {
   std::size_t each = 0;
-  for (const Property& property : element.properties) each += values.bytes_of(property.count.value_or(property.type));
+  for (const Property& property : element.properties)
+    each += values.bytes_of(property.count ? *property.count : *property.type);
   const std::size_t most = values.bytes_left() / std::max<std::size_t>(each, 1);
   if (static_cast<unsigned long long>(element.count) > most) {
     refuse(file, element.place, std::to_string(element.count) + " items of element " + malha::quoted(element.name),
@@ -164,10 +277,10 @@ Mesh read_body(const std::string& file, const Header& header, Values values) {
           read_corners(values, property, header.vertices, face);
           polygons.add(face, values.line());
         } else if (property.role != skipped) {
-          point[static_cast<std::size_t>(property.role)] = values.real(property.type);
+          point[static_cast<std::size_t>(property.role)] = values.real(*property.type);
         } else {
           const long long size = property.count ? read_list_size(values, property) : 1;
-          for (long long k = 0; k < size; ++k) values.skip(property.type);
+          for (long long k = 0; k < size; ++k) values.skip(*property.type);
         }
       }
       if (element.name == "vertex") mesh.points.push_back(point);
