@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/render/png.h"
+#include "host/render/image.h"
 
 #include <stdexcept>
 #include <string>
