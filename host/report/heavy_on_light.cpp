@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/report/heavy_on_light.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -9,6 +7,7 @@
 
 #include "host/mesh/vectors.h"
 #include "host/model/pins.h"
+#include "host/report/failure_boundaries.h"
 
 namespace malha {
 
