@@ -113,7 +113,7 @@ Field name_field(std::string& name) {
 }
 
 Scene parse_scene(const std::string& text, const std::string& file, const std::string& folder) {
-  const JsonValue tree = parse_json(text, file);
+  const Json tree = parse_json(text, file);
   ErrorList errors;
   const JsonReader root(tree, file, "", &errors);
   Scene scene;

@@ -13,7 +13,6 @@
 
 namespace malha {
 
-using Json = nlohmann::ordered_json;  // keeps the order in which keys are added
 using Field = JsonReader::Field;
 using Fields = std::vector<Field>;
 

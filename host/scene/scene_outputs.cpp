@@ -55,9 +55,9 @@ template <class Number, class Limits>
 Field range_field(const std::string& key, Range& to, const std::string& number, const Limits& limits) {
   const auto read = [=, &to](const JsonReader& at) {
     std::optional<Number> least, most;
-    if (at.value().type == JsonValue::Type::Number)
+    if (at.value().is_number())
       read_into(most, at, limits);
-    else if (at.value().type == JsonValue::Type::Object)
+    else if (at.value().is_object())
       at.object({field("at_least", least, limits), field("at_most", most, limits)});
     else
       at.refuse_value(number + ", or an object with at_least, at_most");

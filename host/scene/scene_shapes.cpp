@@ -15,12 +15,13 @@ constexpr int max_subdivisions = 10;  // 10,485,762 points
 void refuse_too_many(const JsonReader& at, double particles) {
   if (particles <= max_particles) return;
   std::string counts;
-  const JsonValue& value = at.value();
-  for (const JsonValue& item : value.items) counts += (counts.empty() ? "" : ", ") + describe(item);
-  if (value.type == JsonValue::Type::List) counts = "[" + counts + "]";
+  if (at.value().is_array()) {
+    for (const Json& item : at.value()) counts += (counts.empty() ? "" : ", ") + describe(item);
+    counts = "[" + counts + "]";
+  }
   char number[40];
   std::snprintf(number, sizeof number, "%.0f", particles);
-  at.refuse((counts.empty() ? describe(value) : counts) + ", which makes " + number + " particles",
+  at.refuse((counts.empty() ? describe(at.value()) : counts) + ", which makes " + number + " particles",
             "counts that make at most 20000000 particles");
 }
 
@@ -184,7 +185,7 @@ Field rotation_field(Vec3& axis, double& degrees) {
 
 Fields fields_of(Transform& transform) {
   const auto read_scale = [&transform](const JsonReader& at) {
-    if (at.value().type == JsonValue::Type::List) return read_into(transform.scale, at, above(0, ""));
+    if (at.value().is_array()) return read_into(transform.scale, at, above(0, ""));
     transform.scale.fill(at.number(above(0, "a ratio, one for all directions or a list of 3")));
   };
   return {field("translate", transform.translate, any("m")),
