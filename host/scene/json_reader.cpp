@@ -26,6 +26,20 @@ Interval above(double min, const std::string& unit) { return {.min = min, .min_i
 Interval at_least(double min, const std::string& unit) { return {.min = min, .unit = unit}; }
 Interval between(double min, double max, const std::string& unit) { return {.min = min, .max = max, .unit = unit}; }
 
+std::string describe(const Interval& range) {
+  std::string text = "a number";
+  if (std::isfinite(range.min) && std::isfinite(range.max)) {
+    text += std::string(" in ") + (range.min_included ? "[" : "(") + digits(range.min) + ", " + digits(range.max) + "]";
+  } else if (std::isfinite(range.min)) {
+    text += (range.min_included ? " >= " : " > ") + digits(range.min);
+  }
+  return text + (range.unit.empty() ? "" : " (" + range.unit + ")");
+}
+
+std::string describe(const Integers& range) {
+  return "an integer in [" + std::to_string(range.min) + ", " + std::to_string(range.max) + "]";
+}
+
 JsonReader::JsonReader(const Json& value, const std::string& file, const std::string& pointer, ErrorList* errors)
     : value_(&value), file_(file), pointer_(pointer), errors_(errors) {}
 
@@ -97,37 +111,23 @@ void JsonReader::one_of(const std::vector<Field>& fields, const std::vector<Fiel
   object(all);
 }
 
-std::string JsonReader::describe_range(const Interval& range) {
-  std::string text = "a number";
-  if (std::isfinite(range.min) && std::isfinite(range.max)) {
-    text += std::string(" in ") + (range.min_included ? "[" : "(") + digits(range.min) + ", " + digits(range.max) + "]";
-  } else if (std::isfinite(range.min)) {
-    text += (range.min_included ? " >= " : " > ") + digits(range.min);
-  }
-  return text + (range.unit.empty() ? "" : " (" + range.unit + ")");
-}
-
 double JsonReader::number(const Interval& range) const {
-  if (!value_->is_number()) refuse_value(describe_range(range));
+  if (!value_->is_number()) refuse_value(describe(range));
   const double x = value_->get<double>();
   const bool fits = range.min_included ? x >= range.min : x > range.min;
-  if (!fits || x > range.max) refuse_value(describe_range(range));
+  if (!fits || x > range.max) refuse_value(describe(range));
   const bool too_small = !range.min_included && range.min == 0 && x < 1 / largest_number;
   if (std::abs(x) > largest_number || too_small) {
-    refuse_value(describe_range(range) + ", of a magnitude between " + digits(1 / largest_number) + " and " +
+    refuse_value(describe(range) + ", of a magnitude between " + digits(1 / largest_number) + " and " +
                  digits(largest_number));
   }
   return x;
 }
 
-std::string JsonReader::describe_integers(int min, int max) {
-  return "an integer in [" + std::to_string(min) + ", " + std::to_string(max) + "]";
-}
-
-int JsonReader::integer(int min, int max) const {
-  const double x = value_->is_number() ? value_->get<double>() : min - 0.5;
-  const bool fits = x == std::floor(x) && x >= min && x <= max;
-  if (!fits) refuse_value(describe_integers(min, max));
+int JsonReader::integer(const Integers& range) const {
+  const double x = value_->is_number() ? value_->get<double>() : range.min - 0.5;
+  const bool fits = x == std::floor(x) && x >= range.min && x <= range.max;
+  if (!fits) refuse_value(describe(range));
   return static_cast<int>(x);
 }
 
@@ -169,9 +169,9 @@ std::vector<JsonReader> JsonReader::list() const {
   return items;
 }
 
-std::vector<JsonReader> JsonReader::list_of(std::size_t length, const std::string& what) const {
+std::vector<JsonReader> JsonReader::list_of(std::size_t length, const std::string& each) const {
   if (!value_->is_array() || value_->size() != length) {
-    refuse_value("a list of " + std::to_string(length) + ", each " + what);
+    refuse_value("a list of " + std::to_string(length) + ", each " + each);
   }
   return list();
 }

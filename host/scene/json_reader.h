@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Reader of JSON values with checks of types, ranges and keys. Its errors name the file and the JSON pointer.
 #pragma once
-#include <array>
 #include <functional>
 #include <limits>
 #include <string>
@@ -9,7 +8,6 @@
 
 #include "host/scene/error_list.h"
 #include "host/scene/json.h"
-#include "malha/mesh.h"
 
 namespace malha {
 
@@ -20,6 +18,13 @@ struct Interval {
   bool min_included = true;
   std::string unit;  // "" for a ratio
 };
+/// The range of an integer.
+struct Integers {
+  int min, max;
+};
+/// Descriptions of ranges for messages: "a number >= 0 (m)", "an integer in [1, 10]".
+std::string describe(const Interval& range);
+std::string describe(const Integers& range);
 /// Ranges of all numbers, > min, >= min, and [min, max].
 Interval any(const std::string& unit);
 Interval above(double min, const std::string& unit);
@@ -58,7 +63,7 @@ class JsonReader {
 
   bool boolean() const;
   double number(const Interval& range) const;
-  int integer(int min, int max) const;
+  int integer(const Integers& range) const;
   /// A non-empty string of one line.
   std::string text() const;
   /// A string that is one of `allowed`; `what` names its meaning in messages.
@@ -70,22 +75,8 @@ class JsonReader {
   std::vector<JsonReader> list() const;
   /// Reads the items of a list of any length. If errors are collected, it reads all items.
   void for_each(const std::function<void(const JsonReader&)>& read) const;
-  /// A list of exactly N numbers.
-  template <std::size_t N>
-  std::array<double, N> numbers(const Interval& range) const {
-    std::array<double, N> values{};
-    const std::vector<JsonReader> items = list_of(N, describe_range(range));
-    for (std::size_t i = 0; i < N; ++i) values[i] = items[i].number(range);
-    return values;
-  }
-  template <std::size_t N>
-  std::array<int, N> integers(int min, int max) const {
-    std::array<int, N> values{};
-    const std::vector<JsonReader> items = list_of(N, describe_integers(min, max));
-    for (std::size_t i = 0; i < N; ++i) values[i] = items[i].integer(min, max);
-    return values;
-  }
-  Vec3 vec3(const Interval& range) const { return numbers<3>(range); }
+  /// The items of a list of this length; `each` describes one.
+  std::vector<JsonReader> list_of(std::size_t length, const std::string& each) const;
 
   /// Throws InputError with the JSON pointer of the value.
   [[noreturn]] void refuse(const std::string& found, const std::string& allowed) const;
@@ -101,9 +92,6 @@ class JsonReader {
   void collect(const std::function<void()>& read) const;
   /// The reader of an item of a list or object.
   JsonReader child(const Json& item, const std::string& key) const;
-  std::vector<JsonReader> list_of(std::size_t length, const std::string& what) const;
-  static std::string describe_range(const Interval& range);
-  static std::string describe_integers(int min, int max);
 
   const Json* value_;
   std::string file_;

@@ -16,22 +16,14 @@ namespace malha {
 using Field = JsonReader::Field;
 using Fields = std::vector<Field>;
 
-/// The range of an integer.
-struct Integers {
-  int min, max;
-};
-
 inline void read_into(bool& to, const JsonReader& at) { to = at.boolean(); }
 inline void read_into(std::string& to, const JsonReader& at) { to = at.text(); }
 inline void read_into(double& to, const JsonReader& at, const Interval& range) { to = at.number(range); }
-inline void read_into(int& to, const JsonReader& at, const Integers& range) { to = at.integer(range.min, range.max); }
-template <std::size_t N>
-void read_into(std::array<double, N>& to, const JsonReader& at, const Interval& range) {
-  to = at.numbers<N>(range);
-}
-template <std::size_t N>
-void read_into(std::array<int, N>& to, const JsonReader& at, const Integers& range) {
-  to = at.integers<N>(range.min, range.max);
+inline void read_into(int& to, const JsonReader& at, const Integers& range) { to = at.integer(range); }
+template <class T, std::size_t N, class Of>
+void read_into(std::array<T, N>& to, const JsonReader& at, const Of& range) {
+  const std::vector<JsonReader> items = at.list_of(N, describe(range));
+  for (std::size_t i = 0; i < N; ++i) read_into(to[i], items[i], range);
 }
 template <class T, class... Of>
 void read_into(std::vector<T>& to, const JsonReader& at, const Of&... range) {

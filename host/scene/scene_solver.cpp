@@ -28,7 +28,7 @@ Fields fields_of(DesbrunSpec& desbrun) {
 Field levels_field(int& levels) {
   const auto read = [&levels](const JsonReader& at) {
     const bool word = at.value().is_string();
-    levels = !word ? at.integer(1, kMaxLevels) : at.choice("choice", {"auto", "off"}) == "auto" ? kAutoLevels : 0;
+    levels = !word ? at.integer({1, kMaxLevels}) : at.choice("choice", {"auto", "off"}) == "auto" ? kAutoLevels : 0;
   };
   return {"levels", read, false,
           [&levels](Json& json) { json["levels"] = levels > 0 ? Json(levels) : Json(levels == 0 ? "off" : "auto"); }};

@@ -3,10 +3,8 @@
 
 #include <gtest/gtest.h>
 
-#include <nlohmann/json.hpp>
-
 #include "host/base/spelling_suggestion.h"
-#include "host/scene/json_reader.h"
+#include "host/scene/scene_fields.h"
 #include "tests/refusal.h"
 
 namespace malha {
@@ -132,7 +130,7 @@ TEST(JsonReader, RefusesNumbersOutOfRange) {
 }
 
 TEST(JsonReader, RefusesFractionsAsIntegers) {
-  const auto count = [](const JsonReader& at) { at.integer(1, 10); };
+  const auto count = [](const JsonReader& at) { at.integer({1, 10}); };
   EXPECT_EQ(refusal_of_value("2.5", count), "a.json: /x: found 2.5; allowed: an integer in [1, 10]");
   EXPECT_EQ(refusal_of_value("11", count), "a.json: /x: found 11; allowed: an integer in [1, 10]");
   EXPECT_EQ(refusal_of_value("true", count), "a.json: /x: found true; allowed: an integer in [1, 10]");
@@ -140,7 +138,10 @@ TEST(JsonReader, RefusesFractionsAsIntegers) {
 }
 
 TEST(JsonReader, RefusesListsOfAnotherLength) {
-  const auto vector = [](const JsonReader& at) { at.vec3(any("m")); };
+  const auto vector = [](const JsonReader& at) {
+    Vec3 point;
+    read_into(point, at, any("m"));
+  };
   EXPECT_EQ(refusal_of_value("[1, 2]", vector),
             "a.json: /x: found a list of 2; allowed: a list of 3, each a number (m)");
   EXPECT_EQ(refusal_of_value("[1, 2, null]", vector), "a.json: /x/2: found null; allowed: a number (m)");
