@@ -39,9 +39,11 @@ std::string path_from(const std::string& folder, const fs::path& path) {
 
 }  // namespace
 
-static Fields fields_of(GridShape& grid) {
-  return {required(field("size", grid.size, above(0, "m"))),
-          required(field("cells", grid.cells, Integers{1, max_cells}))};
+/// The fields of a grid, a box and a tet_box.
+template <class Cells>
+requires requires(Cells of) { of.size, of.cells; }
+static Fields fields_of(Cells& of) {
+  return {required(field("size", of.size, above(0, "m"))), required(field("cells", of.cells, Integers{1, max_cells}))};
 }
 static void check(const JsonReader& at, const GridShape& grid) {
   refuse_too_many(at.at("cells"), (grid.cells[0] + 1.0) * (grid.cells[1] + 1.0));
@@ -52,19 +54,11 @@ static Fields fields_of(SphereShape& sphere) {
           required(field("subdivisions", sphere.subdivisions, Integers{0, max_subdivisions}))};
 }
 
-static Fields fields_of(BoxShape& box) {
-  return {required(field("size", box.size, above(0, "m"))),
-          required(field("cells", box.cells, Integers{1, max_cells}))};
-}
 static void check(const JsonReader& at, const BoxShape& box) {
   const auto [x, y, z] = box.cells;
   refuse_too_many(at.at("cells"), 2 * (1.0 * x * y + 1.0 * y * z + 1.0 * z * x) + 2);
 }
 
-static Fields fields_of(TetBoxShape& box) {
-  return {required(field("size", box.size, above(0, "m"))),
-          required(field("cells", box.cells, Integers{1, max_cells}))};
-}
 static void check(const JsonReader& at, const TetBoxShape& box) {
   refuse_too_many(at.at("cells"), (box.cells[0] + 1.0) * (box.cells[1] + 1.0) * (box.cells[2] + 1.0));
 }
