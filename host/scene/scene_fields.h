@@ -101,6 +101,7 @@ inline Json write(const Fields& fields) {
 }
 
 /// Checks an object whose fields are read; the overloads for objects with fields that depend on each other refuse some.
+/// The templates find them, and fields_of(), by the type of the object, and therefore not in an unnamed namespace.
 template <class T>
 void check(const JsonReader&, const T&) {}
 
