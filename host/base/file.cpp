@@ -78,6 +78,17 @@ void write_durably(const fs::path& path, const std::vector<std::string_view>& pi
   flush_folder(path);
 }
 
+void overwrite(const fs::path& path, const std::vector<PieceAt>& pieces) {
+  errno = 0;
+  File file(std::fopen(path.c_str(), "r+b"));
+  bool good = file != nullptr;
+  for (const auto& [offset, bytes] : pieces)
+    good = good && fseeko(file.get(), static_cast<off_t>(offset), SEEK_SET) == 0 &&
+           std::fwrite(bytes.data(), 1, bytes.size(), file.get()) == bytes.size() && std::fflush(file.get()) == 0;
+  good = file != nullptr && std::fclose(file.release()) == 0 && good;
+  if (!good) fail(path, "write", errno);
+}
+
 void check_writable(const fs::path& path) {
   std::error_code ignored;
   if (fs::is_directory(path, ignored)) fail(path, "write", EISDIR);

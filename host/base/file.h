@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Atomic writing and reading of whole files, and locks of folders.
 #pragma once
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <string_view>
@@ -17,6 +18,16 @@ void write_whole(const std::filesystem::path& path, const std::vector<std::strin
 
 /// The same, and safe from a power failure: file and folder are flushed to disk.
 void write_durably(const std::filesystem::path& path, const std::vector<std::string_view>& pieces);
+
+/// Bytes at an offset in a file.
+struct PieceAt {
+  std::uintmax_t offset;
+  std::string_view bytes;
+};
+
+/// Overwrites parts of a file, in this order, each flushed before the next: an interruption leaves the last ones as
+/// they were. Throws std::runtime_error "PATH: cannot write: REASON".
+void overwrite(const std::filesystem::path& path, const std::vector<PieceAt>& pieces);
 
 /// Throws what write_whole() would throw for this path, as far as that can be known before. Leaves no file behind.
 void check_writable(const std::filesystem::path& path);

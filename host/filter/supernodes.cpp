@@ -9,7 +9,6 @@
 #include <numeric>
 #include <stdexcept>
 
-#include "host/base/graph_cut.h"
 #include "host/mesh/compressed_lists.h"
 #include "host/model/ordering/index_map.h"
 
@@ -22,7 +21,8 @@ static_assert(sizeof(idx_t) == sizeof(int), "METIS as Debian builds it: 32-bit i
 /// The unknown that is eliminated first, second, ...: nested dissection within each block, the same every time. METIS
 /// seeds the C library's rand().
 std::vector<int> elimination_order(const SpringSystem& system) {
-  constexpr int least = 64;  // smaller systems are solved as fast by one dense supernode
+  static std::mutex metis_turn;  // METIS's random numbers are those of the C library, common to all threads
+  constexpr int least = 64;      // smaller systems are solved as fast by one dense supernode
   std::vector<int> order(system.count());
   std::iota(order.begin(), order.end(), 0);
   std::vector<idx_t> begin, column, inverse;
@@ -38,7 +38,7 @@ std::vector<int> elimination_order(const SpringSystem& system) {
     options[METIS_OPTION_SEED] = 1;  // METIS then finds the same order in every run
     idx_t count = block.count;
     idx_t* perm = &order[block.first];
-    const std::lock_guard<std::mutex> lock(metis_turn());
+    const std::lock_guard<std::mutex> lock(metis_turn);
     if (METIS_NodeND(&count, begin.data(), column.data(), nullptr, options, perm, inverse.data()) != METIS_OK)
       throw std::runtime_error("METIS could not order a system of " + std::to_string(count) + " particles");
     for (int i = 0; i < block.count; ++i) perm[i] += block.first;

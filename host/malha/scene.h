@@ -343,7 +343,8 @@ Scene load_scene(const std::string& path);
 /// load_scene() for a text. `file` is its name in messages; relative mesh paths are resolved against `folder`.
 Scene parse_scene(const std::string& text, const std::string& file, const std::string& folder);
 
-/// The scene as JSON with every value written out, which parse_scene() reads back.
-std::string to_json(const Scene& scene);
+/// The scene as JSON with every value written out, which parse_scene() reads back. Mesh paths are relative to `folder`,
+/// in which the text will be stored; if it is empty they are absolute.
+std::string to_json(const Scene& scene, const std::string& folder = "");
 
 }  // namespace malha

@@ -26,13 +26,9 @@ std::array<float, 3> translated(const std::array<float, 3>& point, const Vec3& w
 Vec3 scaled(const Vec3& a, double by) { return {a[0] * by, a[1] * by, a[2] * by}; }
 
 double extent(const PointList& points) {
-  double side = 0;
-  for (int k = 0; k < 3; ++k) {
-    const auto [low, high] =
-        std::minmax_element(points.begin(), points.end(), [k](const auto& a, const auto& b) { return a[k] < b[k]; });
-    side = std::max(side, double((*high)[k]) - (*low)[k]);
-  }
-  return side;
+  if (points.empty()) return 0;
+  const Eigen::Map<const Eigen::Matrix3Xf> all(points.data()->data(), 3, static_cast<Eigen::Index>(points.size()));
+  return (all.rowwise().maxCoeff().cast<double>() - all.rowwise().minCoeff().cast<double>()).maxCoeff();
 }
 
 /// Returns about 400 of the points, evenly spaced in their order.

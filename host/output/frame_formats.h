@@ -7,6 +7,8 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include "host/output/frames.h"
 
@@ -46,6 +48,14 @@ int frame_index(const std::string& name, const std::string& extension);
 /// Removes the frames of `extension` in `folder` whose index is `next` or more.
 void drop_frames(const std::filesystem::path& folder, const std::string& extension, int next);
 
+/// A frame in frames.pvd, the collection of .vtp files.
+struct CollectedFrame {
+  int index;
+  double time;  // s
+};
+/// Returns the frames that frames.pvd in this folder lists; none if it is missing.
+std::vector<CollectedFrame> collected_frames(const std::filesystem::path& folder);
+
 /// Returns the mesh as Wavefront OBJ text, each number with the fewest digits that read back to the same double or
 /// float.
 std::string obj_text(std::span<const Vec3> points, bool in_double, const std::string& elements);
@@ -54,8 +64,13 @@ std::string obj_text(std::span<const Vec3> points, bool in_double, const std::st
 std::string obj_elements(const FrameTopology& topology);
 
 template <class T>
+std::string_view bytes_of(const T& value) {
+  return {reinterpret_cast<const char*>(&value), sizeof value};
+}
+
+template <class T>
 void append(std::string& bytes, const T& value) {
-  bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
+  bytes += bytes_of(value);
 }
 
 template <class T>

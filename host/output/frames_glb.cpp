@@ -12,8 +12,7 @@
 #include "host/base/mapped_file.h"
 #include "host/base/memory_size.h"
 #include "host/output/frame_formats.h"
-#include "host/output/glb_json.h"
-#include "host/output/glb_part.h"
+#include "host/output/glb.h"
 #include "malha/error.h"
 #include "malha/text.h"
 

@@ -2,14 +2,13 @@
 // PointCache2 writer: one growing file of samples, and the mesh at rest beside it for Blender's or Maya's mesh cache.
 // Layout: char[12] "POINTCACHE2\0", int version (1), int points, float first frame, float frames per sample, int
 // samples, then samples x points x 3 floats; all little-endian. Sample i is frame (first + i).
-#include <cerrno>
 #include <cstddef>
 #include <cstdint>
-#include <cstdio>
 #include <cstring>
 #include <stdexcept>
 
 #include "host/base/file.h"
+#include "host/base/mapped_file.h"
 #include "host/output/frame_formats.h"
 
 namespace malha {
@@ -46,21 +45,16 @@ class Pc2 : public FrameFormat {
     } else {
       Header header{{}, 1, static_cast<std::int32_t>(points_), static_cast<float>(next), 1, 0};
       std::memcpy(header.signature, kSignature, sizeof kSignature);
-      write_whole(path_, {reinterpret_cast<const char*>(&header), sizeof header});
+      write_whole(path_, bytes_of(header));
     }
   }
 
   /// Writes the sample before the count, so that an interrupted write only leaves unused bytes after the last sample.
   void write(const Frame& frame) override {
-    const auto sample = static_cast<std::int32_t>(frame.index - first_);
+    const std::int32_t sample = frame.index - first_, count = sample + 1;
     bytes_.clear();
     for (const Vec3& x : frame.points) append(bytes_, x, false);
-    std::FILE* file = std::fopen(path_.c_str(), "r+b");
-    bool good = file != nullptr && fseeko(file, static_cast<off_t>(bytes(sample)), SEEK_SET) == 0 &&
-                std::fwrite(bytes_.data(), 12, points_, file) == points_ && std::fflush(file) == 0;
-    good = good && put_count(file, sample + 1);
-    good = file != nullptr && std::fclose(file) == 0 && good;
-    if (!good) throw std::runtime_error(path_.string() + ": cannot write: " + std::strerror(errno));
+    overwrite(path_, {{bytes(sample), bytes_}, {offsetof(Header, samples), bytes_of(count)}});
   }
 
  private:
@@ -68,28 +62,20 @@ class Pc2 : public FrameFormat {
     return sizeof(Header) + 12 * static_cast<std::uintmax_t>(samples) * points_;
   }
 
-  static bool put_count(std::FILE* file, std::int32_t count) {
-    return std::fseek(file, offsetof(Header, samples), SEEK_SET) == 0 && std::fwrite(&count, 4, 1, file) == 1 &&
-           std::fflush(file) == 0;
-  }
-
   void resume(int next) {
-    std::FILE* file = std::fopen(path_.c_str(), "r+b");
-    if (!file) throw std::runtime_error(path_.string() + ": cannot write: " + std::strerror(errno));
     Header header{};
-    const bool whole = std::fread(&header, sizeof header, 1, file) == 1;
+    if (const MappedFile file(path_); file.bytes().size() >= sizeof header)
+      std::memcpy(&header, file.bytes().data(), sizeof header);
     first_ = static_cast<int>(header.first_frame);
-    const bool ours = whole && std::memcmp(header.signature, kSignature, sizeof kSignature) == 0 &&
+    const bool ours = std::memcmp(header.signature, kSignature, sizeof kSignature) == 0 &&
                       header.points == static_cast<std::int32_t>(points_) && header.frames_per_sample == 1;
-    const int keep = next - first_;
-    const bool continues = ours && keep >= 0 && keep <= header.samples && put_count(file, keep);
-    std::fclose(file);
-    if (!continues) {
+    const std::int32_t keep = next - first_;
+    if (!ours || keep < 0 || keep > header.samples)
       throw std::runtime_error(
           path_.string() + ": does not continue at frame " + std::to_string(next) + ": found " +
           (ours ? "frames " + std::to_string(first_) + " to " + std::to_string(first_ + header.samples - 1)
                 : "no point cache of " + std::to_string(points_) + " points"));
-    }
+    overwrite(path_, {{offsetof(Header, samples), bytes_of(keep)}});
     fs::resize_file(path_, bytes(keep));
   }
 

@@ -92,55 +92,60 @@ class Document {
   std::size_t offset_ = 0;  // bytes of appended data so far
 };
 
+constexpr char kEntry[] = "<DataSet timestep=\"", kFile[] = "\" file=\"";
+
 class Vtp : public FrameFormat {
  public:
   Vtp(fs::path folder, const FrameTopology& topology, int next) : folder_(std::move(folder)), document_(topology) {
-    if (next > 0 && fs::exists(folder_ / "frames.pvd")) keep_entries(next);
+    if (next > 0) frames_ = collected_frames(folder_);
+    std::erase_if(frames_, [next](const CollectedFrame& frame) { return frame.index >= next; });
     write_collection();  // written before the frames are removed, so that it never names a missing one
     drop_frames(folder_, ".vtp", next);
   }
 
   void write(const Frame& frame) override {
-    const std::string name = frame_name(frame.index, ".vtp");
     document_.put(frame, bytes_);
-    write_whole(folder_ / name, bytes_);
-    char time[32];
-    const auto end = std::to_chars(time, time + sizeof time, frame.time).ptr;
-    entries_ += kEntry + std::string(time, end) + kFile + name + "\"/>\n";
+    write_whole(folder_ / frame_name(frame.index, ".vtp"), bytes_);
+    frames_.push_back({frame.index, frame.time});
     write_collection();
   }
 
  private:
-  static constexpr char kEntry[] = "<DataSet timestep=\"";
-  static constexpr char kFile[] = "\" file=\"";
-
-  /// Keeps the entries of an earlier collection for frames before `next`.
-  void keep_entries(int next) {
-    const std::string text = read_whole(folder_ / "frames.pvd");
-    for (std::size_t at = text.find(kEntry); at != std::string::npos; at = text.find(kEntry, at + 1)) {
-      const std::string line = text.substr(at, text.find('\n', at) - at);
-      const std::size_t file = line.find(kFile);
-      if (file == std::string::npos) continue;
-      const std::size_t name = file + sizeof kFile - 1;
-      const int index = frame_index(line.substr(name, line.find('"', name) - name), ".vtp");
-      if (index >= 0 && index < next) entries_ += line + "\n";
-    }
-  }
-
   void write_collection() const {
+    std::string entries;
+    for (const auto& [index, time] : frames_) {
+      char digits[32];
+      const auto end = std::to_chars(digits, digits + sizeof digits, time).ptr;
+      entries += kEntry + std::string(digits, end) + kFile + frame_name(index, ".vtp") + "\"/>\n";
+    }
     write_whole(folder_ / "frames.pvd",
                 "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n"
                 "<Collection>\n" +
-                    entries_ + "</Collection>\n</VTKFile>\n");
+                    entries + "</Collection>\n</VTKFile>\n");
   }
 
   fs::path folder_;
   Document document_;
   std::string bytes_;  // of the last frame; kept, because new memory pages cost more than the copies
-  std::string entries_;
+  std::vector<CollectedFrame> frames_;
 };
 
 }  // namespace
+
+std::vector<CollectedFrame> collected_frames(const fs::path& folder) {
+  std::vector<CollectedFrame> frames;
+  if (!fs::exists(folder / "frames.pvd")) return frames;
+  const std::string text = read_input(folder / "frames.pvd", "a folder of results of malha run"), file = kFile;
+  for (std::size_t at = text.find(kEntry); at != std::string::npos; at = text.find(kEntry, at + 1)) {
+    CollectedFrame frame{};
+    const auto [end, error] = std::from_chars(&text[at] + sizeof kEntry - 1, text.data() + text.size(), frame.time);
+    const std::size_t name = static_cast<std::size_t>(end - text.data()) + file.size();
+    if (error != std::errc{} || text.compare(name - file.size(), file.size(), file) != 0) continue;
+    frame.index = frame_index(text.substr(name, text.find('"', name) - name), ".vtp");
+    if (frame.index >= 0) frames.push_back(frame);
+  }
+  return frames;
+}
 
 std::unique_ptr<FrameFormat> make_vtp(const fs::path& folder, const FrameTopology& topology, int next) {
   return std::make_unique<Vtp>(folder, topology, next);

@@ -9,7 +9,6 @@
 #include "host/base/file.h"
 #include "host/model/tear.h"
 #include "host/output/choose_camera.h"
-#include "host/render/png.h"
 
 namespace malha {
 

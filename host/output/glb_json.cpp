@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // tinygltf holds the model and writes the JSON. It does not write the file, because it would hold the binary chunk
 // twice in memory.
-#include "host/output/glb_json.h"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -10,7 +8,7 @@
 
 #include "host/base/build_info.h"
 #include "host/output/frame_formats.h"
-#include "host/output/glb_part.h"
+#include "host/output/glb.h"
 #include "host/render/picture.h"
 #include "malha/text.h"
 

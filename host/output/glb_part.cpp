@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/output/glb_part.h"
-
-#include <cerrno>
-#include <cstdio>
 #include <cstring>
 #include <stdexcept>
 #include <string>
 
 #include "host/base/file.h"
 #include "host/base/mapped_file.h"
+#include "host/output/frame_formats.h"
+#include "host/output/glb.h"
 
 namespace malha {
 
@@ -17,8 +15,6 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr char kPartSignature[8] = {'m', 'a', 'l', 'h', 'a', 'g', 'l', 'b'};
-
-std::string_view bytes_of(const GlbHeader& header) { return {reinterpret_cast<const char*>(&header), sizeof header}; }
 
 }  // namespace
 
@@ -69,12 +65,8 @@ bool GlbPart::resume_from(const fs::path& from, int next) {
 void GlbPart::write(std::span<const float> frame) {
   GlbHeader after = header_;
   ++after.count;
-  std::FILE* file = std::fopen(path_.c_str(), "r+b");
-  bool good = file != nullptr && fseeko(file, static_cast<off_t>(header_.bytes(header_.count)), SEEK_SET) == 0 &&
-              std::fwrite(frame.data(), 4, frame.size(), file) == frame.size() && std::fflush(file) == 0;
-  good = good && std::fseek(file, 0, SEEK_SET) == 0 && std::fwrite(&after, sizeof after, 1, file) == 1;
-  good = file != nullptr && std::fclose(file) == 0 && good;
-  if (!good) throw std::runtime_error(path_.string() + ": cannot write: " + std::strerror(errno));
+  const std::string_view bytes(reinterpret_cast<const char*>(frame.data()), frame.size_bytes());
+  overwrite(path_, {{header_.bytes(header_.count), bytes}, {0, bytes_of(after)}});
   header_ = after;
 }
 

@@ -130,22 +130,9 @@ std::string script_text(std::string text) {
 
 /// Returns the pieces of the whole file with the JSON of these runs.
 std::vector<std::string_view> around(const std::vector<std::string_view>& runs) {
-  using namespace page_parts;
-  std::vector<std::string_view> all{
-      "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
-      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
-      "<title>malha</title>\n<style>\n",
-      kStyle, "</style>\n</head>\n<body>\n", kBody};
+  std::vector<std::string_view> all{kPageBeforeRuns};
   for (const std::string_view run : runs) all.insert(all.end(), {kBegin, run, kEnd});
-  for (const char* script : {kThree, kControls, kData, kLooks, kStage, kPanel, kViewer})
-    all.insert(all.end(), {"<script>\n", script, kEnd});
-  all.push_back("</body>\n</html>\n");
-  return all;
-}
-
-std::string joined(const std::vector<std::string_view>& pieces) {
-  std::string all;
-  for (const std::string_view piece : pieces) all += piece;
+  all.push_back(kPageAfterRuns);
   return all;
 }
 
@@ -320,7 +307,7 @@ void Page::write(const std::filesystem::path& path, const std::string& report,
   text += "\"environment\":" + environment_ + ",\"meshes\":[";
   for (const std::string& mesh : meshes_) text += mesh + (&mesh == &meshes_.back() ? "]}" : ",");
   text = script_text(std::move(text));
-  write_whole(path, joined(around({text})));
+  write_whole(path, around({text}));
 }
 
 void write_comparison(const std::filesystem::path& one, const std::filesystem::path& other,
@@ -331,7 +318,7 @@ void write_comparison(const std::filesystem::path& one, const std::filesystem::p
   const auto folders = short_names(page_in(one), page_in(other));
   const std::string a = named(run_of(page_in(one)), folders[0]), b = named(run_of(page_in(other)), folders[1]);
   if (path.has_parent_path()) make_folder(path.parent_path());
-  write_whole(path, joined(around({a, b})));
+  write_whole(path, around({a, b}));
 }
 
 }  // namespace malha

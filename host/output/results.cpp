@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/output/results.h"
 
+#include <regex>
 #include <string>
 #include <vector>
 
@@ -12,16 +13,10 @@ namespace {
 
 /// Returns whether a file is a frame or a picture, or the temporary file of one that a killed run left.
 bool is_ours(const fs::path& path) {
-  std::string name = path.filename().string();
-  if (name.ends_with(".tmp")) name.resize(name.size() - 4);
-  for (const char* one : {"frames.pvd", "points.pc2", "rest.obj", "run.glb", "run.glb.part"})
-    if (name == one) return true;
-  const std::size_t dot = name.find('.');
-  const std::size_t number = name.find_first_of("0123456789");
-  if (dot == std::string::npos || number >= dot || name.find_first_not_of("0123456789", number) != dot) return false;
-  const std::string before = name.substr(0, number), after = name.substr(dot);
-  if (before == "picture_") return after == ".png";
-  return before == "frame_" && (after == ".vtp" || after == ".ply" || after == ".obj");
+  static const std::regex ours(
+      "(frames\\.pvd|points\\.pc2|rest\\.obj|run\\.glb|run\\.glb\\.part|picture_[0-9]+\\.png|"
+      "frame_[0-9]+\\.(vtp|ply|obj))(\\.tmp)?");
+  return std::regex_match(path.filename().string(), ours);
 }
 
 }  // namespace

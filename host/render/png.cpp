@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/render/png.h"
-
 #include <stdexcept>
 #include <string>
 
 #include "host/base/file.h"
+#include "host/render/image.h"
 
 #define STB_IMAGE_WRITE_STATIC
 #define STB_IMAGE_WRITE_IMPLEMENTATION

@@ -49,12 +49,9 @@ Scene isolated_body(const Scene& of, std::size_t body) {
   return scene;
 }
 
-/// Flattens points to a vector of three coordinates a particle.
+/// Returns points as a vector of three coordinates a particle.
 Motion flat(const std::vector<Vec3>& points) {
-  Motion all(3 * static_cast<Eigen::Index>(points.size()));
-  for (std::size_t i = 0; i < points.size(); ++i)
-    for (int a = 0; a < 3; ++a) all[3 * i + a] = points[i][a];
-  return all;
+  return Eigen::Map<const Motion>(points.data()->data(), 3 * static_cast<Eigen::Index>(points.size()));
 }
 
 /// The linearisation of a step about the rest state, by finite differences.
@@ -63,12 +60,8 @@ class StepAtRest {
   StepAtRest(const Scene& scene, int settling, int threads, const PatchBounds& bounds)
       : model_(build_model(scene, threads, bounds)), solver_(make_solver(model_, threads)) {
     rest_ = solver_->positions(), w_ = solver_->inverse_masses();
-    double extent = 0;
-    for (int a = 0; a < 3; ++a) {
-      const auto [low, high] =
-          std::minmax_element(rest_.begin(), rest_.end(), [a](const Vec3& p, const Vec3& q) { return p[a] < q[a]; });
-      extent = std::max(extent, (*high)[a] - (*low)[a]);
-    }
+    const Eigen::Map<const Eigen::Matrix3Xd> points(rest_.data()->data(), 3, static_cast<Eigen::Index>(rest_.size()));
+    const double extent = (points.rowwise().maxCoeff() - points.rowwise().minCoeff()).maxCoeff();
     small_ = kSmallMotion * extent / std::sqrt(model_.count());
     const std::vector<Vec3> still(rest_.size(), {0, 0, 0});
     const auto step_from_rest = [&] { take_step(rest_, still), x_ = flat(solver_->positions()); };

@@ -2,7 +2,6 @@
 #include "host/report/expect.h"
 
 #include <limits>
-#include <sstream>
 
 #include "host/mesh/vectors.h"
 #include "host/mesh/weld.h"
@@ -56,9 +55,7 @@ class ExpectationChecker {
   static std::string place(const Vec3& x) { return "(" + shown(x[0]) + ", " + shown(x[1]) + ", " + shown(x[2]) + ")"; }
 
   void add_line(const char* what, double found, const char* how, double allowed) {
-    std::ostringstream line;
-    line << what << ": found " << found << "; expected " << how << " " << allowed;
-    lines.push_back(line.str());
+    lines.push_back(std::string(what) + ": found " + shown(found) + "; expected " + how + " " + shown(allowed));
   }
 
   const std::vector<ParticlesOfBody>& bodies_;

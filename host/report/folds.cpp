@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/report/folds.h"
-
 #include <cmath>
 #include <vector>
 
@@ -10,6 +8,7 @@
 #include "host/model/material.h"
 #include "host/model/ordering/index_map.h"
 #include "host/model/tear.h"
+#include "host/report/failure_boundaries.h"
 
 namespace malha {
 

@@ -1,14 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/report/heavy_on_light.h"
-
+#include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
-#include <cmath>
-#include <limits>
 #include <vector>
 
 #include "host/mesh/vectors.h"
 #include "host/model/pins.h"
+#include "host/report/failure_boundaries.h"
 
 namespace malha {
 
@@ -20,37 +17,25 @@ constexpr double kFall =
 constexpr double kDamped = 100;  // 1/s, of the lighter one: with that damping they drift by 0.06 of their width at most
 constexpr double kDampsAll = 400;  // 1/s: they drift by a hundredth of their width or less, and rest after 3 s
 
-/// Orthonormal axes of a scene; `up` is against gravity.
-struct Axes {
-  Vec3 up, across, along;
-};
-Axes axes_of(const Vec3& gravity) {
-  const double g = norm(gravity);
-  const Vec3 up = {-gravity[0] / g, -gravity[1] / g, -gravity[2] / g};
-  const Vec3 beside = std::abs(up[0]) < 0.5 ? Vec3{1, 0, 0} : Vec3{0, 0, 1};  // far from parallel to `up`
-  const Vec3 across = cross(up, beside);
-  return {up, across, cross(across, up)};
+/// A bounding box (m), whose first axis is upwards and whose others are horizontal.
+using Box = Eigen::AlignedBox3d;
+
+/// Returns orthonormal axes as rows, of which the first one is against gravity.
+Eigen::Matrix3d axes_of(const Vec3& gravity) {
+  const Eigen::Vector3d up = -Eigen::Vector3d(gravity.data()).normalized();
+  const Eigen::Vector3d across = up.unitOrthogonal();
+  return (Eigen::Matrix3d() << up, across, across.cross(up)).finished().transpose();
 }
 
-/// The bounding box of points along these axes.
-struct Extent {
-  static constexpr double kNone = std::numeric_limits<double>::infinity();
-  double lowest = kNone, highest = -kNone;                        // m, upwards
-  std::array<double, 2> low{kNone, kNone}, high{-kNone, -kNone};  // m, across
-
-  void add(const Axes& axes, const Vec3& x) {
-    const double height = dot(x, axes.up), sides[2] = {dot(x, axes.across), dot(x, axes.along)};
-    lowest = std::min(lowest, height), highest = std::max(highest, height);
-    for (int k = 0; k < 2; ++k) low[k] = std::min(low[k], sides[k]), high[k] = std::max(high[k], sides[k]);
-  }
-  double height() const { return highest - lowest; }
-  bool overlaps(const Extent& o) const {
-    return low[0] < o.high[0] && o.low[0] < high[0] && low[1] < o.high[1] && o.low[1] < high[1];
-  }
-};
+/// Returns whether the boxes overlap as seen from above.
+bool overlap(const Box& a, const Box& b) {
+  return (a.min().tail<2>().array() < b.max().tail<2>().array()).all() &&
+         (b.min().tail<2>().array() < a.max().tail<2>().array()).all();
+}
 
 /// A body at the start: its extent, mass, motion and damping.
-struct BodyAtStart : Extent {
+struct BodyAtStart {
+  Box box;
   double mass = 0;                   // kg
   int weighed = 0;                   // particles that have a mass, because they are not pinned
   bool free = true, touches = true;  // touches: the body takes part in self-collision
@@ -59,7 +44,7 @@ struct BodyAtStart : Extent {
   double falls = 0;                  // m, onto the object below it; 0: there is none
 
   /// Returns whether the body is free and not a sheet that lies flat.
-  bool bounces(double thickness) const { return free && height() > thickness; }
+  bool bounces(double thickness) const { return free && box.sizes()[0] > thickness; }
 };
 
 /// Returns whether a body has pins that are all released at some time.
@@ -71,7 +56,7 @@ bool is_released(const BodySpec& body) {
 /// Returns all bodies of a scene with self-collision at its start.
 std::vector<BodyAtStart> bodies_at_start(const Model& model, double gravity) {
   const Scene& scene = model.scene;
-  const Axes axes = axes_of(scene.gravity);
+  const Eigen::Matrix3d axes = axes_of(scene.gravity);
   const std::vector<int> body = bodies_of(model);
   const std::vector<bool> held = fixed_at_start(model, true);
   std::vector<BodyAtStart> all(scene.bodies.size());
@@ -84,22 +69,23 @@ std::vector<BodyAtStart> bodies_at_start(const Model& model, double gravity) {
     BodyAtStart& of = all[b];
     of.free = of.free || is_released(scene.bodies[b]);
     for (int i = model.render_mesh.body_begin[b]; i < model.render_mesh.body_begin[b + 1]; ++i)
-      of.add(axes, model.render_mesh.points[i]);
+      of.box.extend(axes * Eigen::Vector3d(model.render_mesh.points[i].data()));
     const std::vector<std::string>& touching = scene.self_collision->bodies;  // empty: all
     const bool named = std::find(touching.begin(), touching.end(), scene.bodies[b].name) != touching.end();
     of.touches = touching.empty() || named;
     const int count = model.render_mesh.body_begin[b + 1] - model.render_mesh.body_begin[b];
-    const double speed = dot(scene.bodies[b].velocity, axes.up);
+    const double speed = axes.row(0) * Eigen::Vector3d(scene.bodies[b].velocity.data());
     of.rises = speed * speed / (2 * gravity);
     // Pinned particles have no mass in the model; they count with the mean mass of the others.
     of.mass = scene.bodies[b].mass.value_or(of.weighed > 0 ? of.mass * count / of.weighed : 0);
     of.damped = scene.wind ? scene.wind->drag * count / of.mass : 0;
   }
   for (const EnvironmentMesh& object : model.environment) {
-    Extent ground;
-    for (const Vec3& x : object.mesh.points) ground.add(axes, x);
+    Box ground;
+    for (const Vec3& x : object.mesh.points) ground.extend(axes * Eigen::Vector3d(x.data()));
     for (BodyAtStart& of : all)
-      if (const double gap = of.lowest - ground.highest - object.spec.thickness; gap > 0 && of.overlaps(ground))
+      if (const double gap = of.box.min()[0] - ground.max()[0] - object.spec.thickness;
+          gap > 0 && overlap(of.box, ground))
         of.falls = of.falls > 0 ? std::min(of.falls, gap) : gap;
   }
   return all;
@@ -120,13 +106,13 @@ HeavyOnLight worst_heavy_on_light(const Model& model) {
     const BodyAtStart& above = all[a];
     int next = -1;  // the highest body below it
     for (std::size_t b = 0; b < all.size(); ++b)
-      if (a != b && all[b].touches && all[b].highest < above.lowest && above.overlaps(all[b]) &&
-          (next < 0 || all[b].highest > all[next].highest))
+      if (a != b && all[b].touches && all[b].box.max()[0] < above.box.min()[0] && overlap(above.box, all[b].box) &&
+          (next < 0 || all[b].box.max()[0] > all[next].box.max()[0]))
         next = static_cast<int>(b);
     if (next < 0 || !above.touches) continue;
     const BodyAtStart& below = all[next];
-    const double fall = above.lowest - below.highest - thickness + above.rises + below.falls;
-    if (!above.bounces(thickness) || !below.bounces(thickness) || fall < kFall * below.height()) continue;
+    const double fall = above.box.min()[0] - below.box.max()[0] - thickness + above.rises + below.falls;
+    if (!above.bounces(thickness) || !below.bounces(thickness) || fall < kFall * below.box.sizes()[0]) continue;
     if (below.damped >= kDamped || scene.bodies[next].damping == 1) continue;
     const int count = model.render_mesh.body_begin[next + 1] - model.render_mesh.body_begin[next];
     if (const double ratio = above.mass / below.mass; ratio > worst.ratio)

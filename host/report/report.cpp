@@ -14,7 +14,6 @@
 #include "host/model/tear.h"
 #include "host/report/resolution.h"
 #include "host/report/warnings.h"
-#include "host/scene/scene_write.h"
 #include "malha/text.h"
 
 namespace malha {

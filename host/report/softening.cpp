@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/report/softening.h"
-
 #include <algorithm>
 #include <map>
 #include <type_traits>
 #include <vector>
 
 #include "host/base/median.h"
+#include "host/report/failure_boundaries.h"
 #include "kernels/constraints/constraint_registry.h"
 #include "kernels/projection/rest.h"
 

@@ -4,10 +4,7 @@
 #include <cmath>
 
 #include "host/report/failure_boundaries.h"
-#include "host/report/folds.h"
-#include "host/report/heavy_on_light.h"
 #include "host/report/resolution.h"
-#include "host/report/softening.h"
 #include "malha/text.h"
 
 namespace malha {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/run/redraw.h"
 
-#include <charconv>
 #include <cstdint>
 #include <cstring>
 #include <nlohmann/json.hpp>
@@ -32,28 +31,6 @@ Scene scene_of_report(const fs::path& path) {
     refuse(path.string(), "/input", "no scene", "a report of this version of malha");
   return parse_scene((*input)["scene"].dump(), path.string() + ": /input/scene",
                      fs::canonical(path.parent_path()).string());
-}
-
-struct FrameFile {
-  double time;  // s
-  fs::path path;
-};
-
-/// Returns the frames that frames.pvd lists; none if it is missing.
-std::vector<FrameFile> frames_of(const fs::path& folder) {
-  std::vector<FrameFile> frames;
-  if (!fs::exists(folder / "frames.pvd")) return frames;
-  const std::string text = read_result(folder / "frames.pvd"), entry = "<DataSet timestep=\"", file = "\" file=\"";
-  for (std::size_t at = text.find(entry); at != std::string::npos; at = text.find(entry, at + 1)) {
-    double time = 0;
-    const char* const from = text.data() + at + entry.size();
-    const auto [end, error] = std::from_chars(from, text.data() + text.size(), time);
-    const auto rest = static_cast<std::size_t>(end - text.data());
-    if (error != std::errc{} || text.compare(rest, file.size(), file) != 0) continue;
-    const std::string name = text.substr(rest + file.size(), text.find('"', rest + file.size()) - rest - file.size());
-    if (frame_index(name, ".vtp") >= 0) frames.push_back({time, folder / name});
-  }
-  return frames;
 }
 
 /// Reads `count` vectors; returns none if the size does not match.
@@ -95,7 +72,7 @@ std::string redraw(const std::string& folder, int threads) {
   Simulation simulation(scene, {.threads = threads});
   simulation.load_checkpoint(results.checkpoint);
 
-  const std::vector<FrameFile> frames = frames_of(results.frames);
+  const std::vector<CollectedFrame> frames = collected_frames(results.frames);
   const FrameVertices vertices(simulation.model().render_mesh);
   const auto last = static_cast<std::int64_t>(frames.size()) - 1;
   Gallery gallery(simulation, results, 0, std::max<std::int64_t>(last, 1));
@@ -103,10 +80,11 @@ std::string redraw(const std::string& folder, int threads) {
   if (last < 1) return "no storyboard: it needs frames for ParaView (malha run --format vtp)";
   for (std::int64_t k = 0; k <= last; ++k) {
     if (!gallery.is_due(k)) continue;
-    const FrameFile& frame = frames[static_cast<std::size_t>(k)];
-    const std::vector<Vec3> points = vertices.particle_positions(points_of(frame.path, vertices.count()));
+    const auto& [index, time] = frames[static_cast<std::size_t>(k)];
+    const std::filesystem::path path = results.frames / frame_name(index, ".vtp");
+    const std::vector<Vec3> points = vertices.particle_positions(points_of(path, vertices.count()));
     if (points.empty()) return "no storyboard: the mesh tore between the frames";
-    gallery.draw_if_due(k, frame.time, points);
+    gallery.draw_if_due(k, time, points);
   }
   gallery.write_storyboard();
   return "";

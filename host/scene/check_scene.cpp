@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "host/scene/scene_read.h"
+#include "host/scene/scene_fields.h"
 
 namespace malha {
 

@@ -47,46 +47,35 @@ class TrackedText {
 };
 
 // Builds the tree from nlohmann's parse events. open_ is the path from the root to the container that is being filled.
-class TreeBuilder : public nlohmann::json_sax<nlohmann::json> {
+class TreeBuilder : public nlohmann::json_sax<Json> {
  public:
   TreeBuilder(const std::string& text, const std::string& file) : text_(text), file_(file), place_(text.data()) {}
 
   const char** place() { return &place_; }
-  JsonValue take() { return std::move(root_); }
+  Json take() { return std::move(root_); }
 
-  bool null() override { return add({}); }
-  bool boolean(bool value) override {
-    JsonValue v;
-    v.type = JsonValue::Type::Boolean;
-    v.boolean = value;
-    return add(std::move(v));
-  }
-  bool number_integer(number_integer_t value) override { return add_number(static_cast<double>(value)); }
-  bool number_unsigned(number_unsigned_t value) override { return add_number(static_cast<double>(value)); }
-  bool number_float(number_float_t value, const string_t&) override { return add_number(value); }
-  bool string(string_t& value) override {
-    JsonValue v;
-    v.type = JsonValue::Type::Text;
-    v.text = std::move(value);
-    return add(std::move(v));
-  }
+  bool null() override { return add(nullptr); }
+  bool boolean(bool value) override { return add(value); }
+  bool number_integer(number_integer_t value) override { return add(value); }
+  bool number_unsigned(number_unsigned_t value) override { return add(value); }
+  bool number_float(number_float_t value, const string_t&) override { return add(value); }
+  bool string(string_t& value) override { return add(std::move(value)); }
   bool binary(binary_t&) override { return false; }  // never in JSON text
 
-  bool start_object(std::size_t) override { return open(JsonValue::Type::Object); }
+  bool start_object(std::size_t) override { return open(Json::object()); }
   bool end_object() override { return close(); }
-  bool start_array(std::size_t) override { return open(JsonValue::Type::List); }
+  bool start_array(std::size_t) override { return open(Json::array()); }
   bool end_array() override { return close(); }
 
   bool key(string_t& key) override {
-    JsonValue& object = *open_.back();
-    if (object.find(key)) {
+    if (open_.back()->contains(key)) {
       refuse(file_, line_and_column(text_, start_of_string()), "the key '" + key + "' a second time in one object",
              "each key once");
     }
     if (std::any_of(key.begin(), key.end(), [](unsigned char c) { return c < ' '; })) {
       refuse(file_, line_and_column(text_, start_of_string()), "a key with a control character", "keys of one line");
     }
-    object.keys.push_back(std::move(key));
+    key_ = std::move(key);
     return true;
   }
 
@@ -117,30 +106,18 @@ class TreeBuilder : public nlohmann::json_sax<nlohmann::json> {
     const bool trailing_comma = before != std::string::npos && text_[before] == ',';
     return trailing_comma ? "; strict JSON has no comma after the last item" : "";
   }
-  bool add(JsonValue value) {
-    if (open_.empty()) {
-      root_ = std::move(value);
-    } else {
-      open_.back()->items.push_back(std::move(value));
-    }
+  bool add(Json value) {
+    last_ = open_.empty() ? &root_ : open_.back()->is_array() ? &open_.back()->emplace_back() : &(*open_.back())[key_];
+    *last_ = std::move(value);
     return true;
   }
-  bool add_number(double value) {
-    JsonValue v;
-    v.type = JsonValue::Type::Number;
-    v.number = value;
-    return add(std::move(v));
-  }
-  bool open(JsonValue::Type type) {
+  bool open(Json container) {
     if (open_.size() >= max_depth) {
       refuse(file_, line_and_column(text_, static_cast<std::size_t>(place_ - text_.data()) - 1),
              "more than " + std::to_string(max_depth) + " levels of brackets", std::to_string(max_depth) + " levels");
     }
-    JsonValue v;
-    v.type = type;
-    add(std::move(v));
-    // Only the last item of an open container grows, so the pointers in open_ stay valid.
-    open_.push_back(open_.empty() ? &root_ : &open_.back()->items.back());
+    add(std::move(container));
+    open_.push_back(last_);  // it stays valid, because only the last item of an open container grows
     return true;
   }
   bool close() {
@@ -162,22 +139,18 @@ class TreeBuilder : public nlohmann::json_sax<nlohmann::json> {
   const std::string& text_;
   const std::string& file_;
   const char* place_;
-  JsonValue root_;
-  std::vector<JsonValue*> open_;
+  Json root_;
+  Json* last_ = nullptr;  // the value that was added last
+  std::string key_;       // of the next value of an object
+  std::vector<Json*> open_;
 };
 
 }  // namespace
 
-const JsonValue* JsonValue::find(const std::string& key) const {
-  const auto at = std::find(keys.begin(), keys.end(), key);
-  return at == keys.end() ? nullptr : &items[static_cast<std::size_t>(at - keys.begin())];
-}
-
-JsonValue parse_json(const std::string& text, const std::string& file) {
+Json parse_json(const std::string& text, const std::string& file) {
   TreeBuilder builder(text, file);
   const char* begin = text.data();
-  nlohmann::json::sax_parse(TrackedText(begin, builder.place()), TrackedText(begin + text.size(), builder.place()),
-                            &builder);
+  Json::sax_parse(TrackedText(begin, builder.place()), TrackedText(begin + text.size(), builder.place()), &builder);
   return builder.take();
 }
 
@@ -195,27 +168,19 @@ std::string json_pointer(const std::string& pointer, const std::string& key) {
   return pointer + "/" + escaped;
 }
 
-std::string describe(const JsonValue& value) {
+std::string describe(const Json& value) {
   constexpr std::size_t longest = 60;
-  switch (value.type) {
-    case JsonValue::Type::Null:
-      return "null";
-    case JsonValue::Type::Boolean:
-      return value.boolean ? "true" : "false";
-    case JsonValue::Type::Number: {
-      const double x = value.number;
-      if (x == std::floor(x) && std::abs(x) < 1e15) return std::to_string(static_cast<long long>(x));  // not 1e+05
-      char digits[32];
-      return std::string(digits, std::to_chars(digits, digits + sizeof digits, x).ptr);
-    }
-    case JsonValue::Type::Text:  // dump() escapes line breaks
-      if (value.text.size() > longest) return "a string of " + std::to_string(value.text.size()) + " bytes";
-      return nlohmann::json(value.text).dump();
-    case JsonValue::Type::List:
-      return "a list of " + std::to_string(value.items.size());
-    default:
-      return "an object";
+  if (value.is_object()) return "an object";
+  if (value.is_array()) return "a list of " + std::to_string(value.size());
+  if (value.is_number()) {
+    const double x = value.get<double>();
+    if (x == std::floor(x) && std::abs(x) < 1e15) return std::to_string(static_cast<long long>(x));  // not 1e+05
+    char digits[32];
+    return std::string(digits, std::to_chars(digits, digits + sizeof digits, x).ptr);
   }
+  const std::string text = value.dump();  // of a string: with escaped line breaks
+  const std::size_t size = value.is_string() ? value.get_ref<const std::string&>().size() : 0;
+  return size > longest ? "a string of " + std::to_string(size) + " bytes" : text;
 }
 
 }  // namespace malha

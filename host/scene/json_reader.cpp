@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "host/base/spelling_suggestion.h"
 #include "malha/error.h"
@@ -10,12 +11,7 @@
 namespace malha {
 namespace {
 
-std::string digits(double number) {
-  JsonValue value;
-  value.type = JsonValue::Type::Number;
-  value.number = number;
-  return describe(value);
-}
+std::string digits(double number) { return describe(number); }
 
 std::vector<std::string> keys_of(const std::vector<JsonReader::Field>& fields) {
   std::vector<std::string> keys;
@@ -25,28 +21,26 @@ std::vector<std::string> keys_of(const std::vector<JsonReader::Field>& fields) {
 
 }  // namespace
 
-Interval any(const std::string& unit) {
-  Interval range;
-  range.unit = unit;
-  return range;
-}
-Interval above(double min, const std::string& unit) {
-  Interval range = at_least(min, unit);
-  range.min_included = false;
-  return range;
-}
-Interval at_least(double min, const std::string& unit) {
-  Interval range = any(unit);
-  range.min = min;
-  return range;
-}
-Interval between(double min, double max, const std::string& unit) {
-  Interval range = at_least(min, unit);
-  range.max = max;
-  return range;
+Interval any(const std::string& unit) { return {.unit = unit}; }
+Interval above(double min, const std::string& unit) { return {.min = min, .min_included = false, .unit = unit}; }
+Interval at_least(double min, const std::string& unit) { return {.min = min, .unit = unit}; }
+Interval between(double min, double max, const std::string& unit) { return {.min = min, .max = max, .unit = unit}; }
+
+std::string describe(const Interval& range) {
+  std::string text = "a number";
+  if (std::isfinite(range.min) && std::isfinite(range.max)) {
+    text += std::string(" in ") + (range.min_included ? "[" : "(") + digits(range.min) + ", " + digits(range.max) + "]";
+  } else if (std::isfinite(range.min)) {
+    text += (range.min_included ? " >= " : " > ") + digits(range.min);
+  }
+  return text + (range.unit.empty() ? "" : " (" + range.unit + ")");
 }
 
-JsonReader::JsonReader(const JsonValue& value, const std::string& file, const std::string& pointer, ErrorList* errors)
+std::string describe(const Integers& range) {
+  return "an integer in [" + std::to_string(range.min) + ", " + std::to_string(range.max) + "]";
+}
+
+JsonReader::JsonReader(const Json& value, const std::string& file, const std::string& pointer, ErrorList* errors)
     : value_(&value), file_(file), pointer_(pointer), errors_(errors) {}
 
 void JsonReader::refuse(const std::string& found, const std::string& allowed) const {
@@ -55,21 +49,17 @@ void JsonReader::refuse(const std::string& found, const std::string& allowed) co
 
 void JsonReader::refuse_value(const std::string& allowed) const { refuse(describe(*value_), allowed); }
 
-bool JsonReader::has(const std::string& key) const {
-  return value_->type == JsonValue::Type::Object && value_->find(key) != nullptr;
-}
+bool JsonReader::has(const std::string& key) const { return value_->contains(key); }
 
-JsonReader JsonReader::child(std::size_t item) const {
-  const bool is_object = value_->type == JsonValue::Type::Object;
-  const std::string key = is_object ? value_->keys[item] : std::to_string(item);
-  return JsonReader(value_->items[item], file_, json_pointer(pointer_, key), errors_);
+JsonReader JsonReader::child(const Json& item, const std::string& key) const {
+  return JsonReader(item, file_, json_pointer(pointer_, key), errors_);
 }
 
 JsonReader JsonReader::at(const std::string& key) const {
-  if (value_->type != JsonValue::Type::Object) refuse_value("an object with the key '" + key + "'");
-  const auto found = std::find(value_->keys.begin(), value_->keys.end(), key);
-  if (found == value_->keys.end()) refuse("no key '" + key + "'", "an object with the key '" + key + "'");
-  return child(static_cast<std::size_t>(found - value_->keys.begin()));
+  if (!value_->is_object()) refuse_value("an object with the key '" + key + "'");
+  const auto found = value_->find(key);
+  if (found == value_->end()) refuse("no key '" + key + "'", "an object with the key '" + key + "'");
+  return child(*found, key);
 }
 
 void JsonReader::collect(const std::function<void()>& read) const {
@@ -81,13 +71,12 @@ void JsonReader::collect(const std::function<void()>& read) const {
 
 bool JsonReader::has_only(const std::vector<Field>& fields) const {
   const std::vector<std::string> allowed = keys_of(fields);
-  if (value_->type != JsonValue::Type::Object) refuse_value("an object with the keys " + join(allowed));
+  if (!value_->is_object()) refuse_value("an object with the keys " + join(allowed));
   bool all = true;
-  for (std::size_t i = 0; i < value_->keys.size(); ++i) {
-    const std::string& key = value_->keys[i];
+  for (const auto& [key, item] : value_->items()) {
     if (std::find(allowed.begin(), allowed.end(), key) != allowed.end()) continue;
     all = false;
-    collect([&] { child(i).refuse("unknown key '" + key + "'" + did_you_mean(key, allowed), join(allowed)); });
+    collect([&] { at(key).refuse("unknown key '" + key + "'" + did_you_mean(key, allowed), join(allowed)); });
   }
   return all;
 }
@@ -112,72 +101,58 @@ void JsonReader::one_of(const std::vector<Field>& fields, const std::vector<Fiel
   all.insert(all.end(), optional.begin(), optional.end());
   if (!has_only(all)) ErrorList::end_part();
   std::vector<std::string> found;
-  for (const std::string& key : value_->keys)
+  for (const auto& [key, item] : value_->items())
     if (std::any_of(fields.begin(), fields.end(), [&](const Field& field) { return field.key == key; }))
       found.push_back(key);
   if (found.size() != 1) {
-    const std::string none = value_->keys.empty() ? "an empty object" : "none of these keys";
+    const std::string none = value_->empty() ? "an empty object" : "none of these keys";
     refuse(found.empty() ? none : join(found), "exactly one of " + join(keys_of(fields)));
   }
   object(all);
 }
 
-std::string JsonReader::describe_range(const Interval& range) {
-  std::string text = "a number";
-  if (std::isfinite(range.min) && std::isfinite(range.max)) {
-    text += std::string(" in ") + (range.min_included ? "[" : "(") + digits(range.min) + ", " + digits(range.max) + "]";
-  } else if (std::isfinite(range.min)) {
-    text += (range.min_included ? " >= " : " > ") + digits(range.min);
-  }
-  return text + (range.unit.empty() ? "" : " (" + range.unit + ")");
-}
-
 double JsonReader::number(const Interval& range) const {
-  if (value_->type != JsonValue::Type::Number) refuse_value(describe_range(range));
-  const double x = value_->number;
+  if (!value_->is_number()) refuse_value(describe(range));
+  const double x = value_->get<double>();
   const bool fits = range.min_included ? x >= range.min : x > range.min;
-  if (!fits || x > range.max) refuse_value(describe_range(range));
+  if (!fits || x > range.max) refuse_value(describe(range));
   const bool too_small = !range.min_included && range.min == 0 && x < 1 / largest_number;
   if (std::abs(x) > largest_number || too_small) {
-    refuse_value(describe_range(range) + ", of a magnitude between " + digits(1 / largest_number) + " and " +
+    refuse_value(describe(range) + ", of a magnitude between " + digits(1 / largest_number) + " and " +
                  digits(largest_number));
   }
   return x;
 }
 
-std::string JsonReader::describe_integers(int min, int max) {
-  return "an integer in [" + std::to_string(min) + ", " + std::to_string(max) + "]";
-}
-
-int JsonReader::integer(int min, int max) const {
-  const double x = value_->number;
-  const bool fits = value_->type == JsonValue::Type::Number && x == std::floor(x) && x >= min && x <= max;
-  if (!fits) refuse_value(describe_integers(min, max));
+int JsonReader::integer(const Integers& range) const {
+  const double x = value_->is_number() ? value_->get<double>() : range.min - 0.5;
+  const bool fits = x == std::floor(x) && x >= range.min && x <= range.max;
+  if (!fits) refuse_value(describe(range));
   return static_cast<int>(x);
 }
 
 std::string JsonReader::text() const {
-  const std::string& t = value_->text;
+  const std::string t = value_->is_string() ? value_->get<std::string>() : "";
   const bool one_line = std::none_of(t.begin(), t.end(), [](unsigned char c) { return c < ' ' || c == 127; });
-  if (value_->type != JsonValue::Type::Text || t.empty() || !one_line) refuse_value("a non-empty string of one line");
+  if (t.empty() || !one_line) refuse_value("a non-empty string of one line");
   return t;
 }
 
 bool JsonReader::boolean() const {
-  if (value_->type != JsonValue::Type::Boolean) refuse_value("true or false");
-  return value_->boolean;
+  if (!value_->is_boolean()) refuse_value("true or false");
+  return value_->get<bool>();
 }
 
 std::string JsonReader::choice(const std::string& what, const std::vector<std::string>& allowed) const {
-  const std::string found = value_->type == JsonValue::Type::Text ? value_->text : "";
+  const std::string found = value_->is_string() ? value_->get<std::string>() : "";
   if (std::find(allowed.begin(), allowed.end(), found) != allowed.end()) return found;
-  if (value_->type != JsonValue::Type::Text) refuse_value("one of " + join(allowed));
+  if (!value_->is_string()) refuse_value("one of " + join(allowed));
   refuse("unknown " + what + " " + describe(*value_) + did_you_mean(found, allowed), join(allowed));
 }
 
 std::vector<std::string> JsonReader::choices(const std::string& what, const std::vector<std::string>& allowed) const {
   std::vector<std::string> found;
-  if (value_->type != JsonValue::Type::List || value_->items.empty()) refuse_value("a list of " + join(allowed));
+  if (!value_->is_array() || value_->empty()) refuse_value("a list of " + join(allowed));
   for (const JsonReader& item : list()) {
     found.push_back(item.choice(what, allowed));
     if (std::count(found.begin(), found.end(), found.back()) > 1) {
@@ -188,15 +163,15 @@ std::vector<std::string> JsonReader::choices(const std::string& what, const std:
 }
 
 std::vector<JsonReader> JsonReader::list() const {
-  if (value_->type != JsonValue::Type::List) refuse_value("a list");
+  if (!value_->is_array()) refuse_value("a list");
   std::vector<JsonReader> items;
-  for (std::size_t i = 0; i < value_->items.size(); ++i) items.push_back(child(i));
+  for (const Json& item : *value_) items.push_back(child(item, std::to_string(items.size())));
   return items;
 }
 
-std::vector<JsonReader> JsonReader::list_of(std::size_t length, const std::string& what) const {
-  if (value_->type != JsonValue::Type::List || value_->items.size() != length) {
-    refuse_value("a list of " + std::to_string(length) + ", each " + what);
+std::vector<JsonReader> JsonReader::list_of(std::size_t length, const std::string& each) const {
+  if (!value_->is_array() || value_->size() != length) {
+    refuse_value("a list of " + std::to_string(length) + ", each " + each);
   }
   return list();
 }

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Reader of JSON values with checks of types, ranges and keys. Its errors name the file and the JSON pointer.
 #pragma once
-#include <array>
 #include <functional>
 #include <limits>
 #include <string>
@@ -9,7 +8,6 @@
 
 #include "host/scene/error_list.h"
 #include "host/scene/json.h"
-#include "malha/mesh.h"
 
 namespace malha {
 
@@ -20,6 +18,13 @@ struct Interval {
   bool min_included = true;
   std::string unit;  // "" for a ratio
 };
+/// The range of an integer.
+struct Integers {
+  int min, max;
+};
+/// Descriptions of ranges for messages: "a number >= 0 (m)", "an integer in [1, 10]".
+std::string describe(const Interval& range);
+std::string describe(const Integers& range);
 /// Ranges of all numbers, > min, >= min, and [min, max].
 Interval any(const std::string& unit);
 Interval above(double min, const std::string& unit);
@@ -35,14 +40,14 @@ class JsonReader {
  public:
   /// `errors`, which must outlive the reader too, collects the errors in object(), one_of() and for_each(), so that all
   /// are reported together.
-  JsonReader(const JsonValue& value, const std::string& file, const std::string& pointer = "",
-             ErrorList* errors = nullptr);
+  JsonReader(const Json& value, const std::string& file, const std::string& pointer = "", ErrorList* errors = nullptr);
 
-  /// A key that an object may have, and the function that reads its value.
+  /// A key that an object may have, the function that reads its value, and the one that writes it into an object.
   struct Field {
     std::string key;
     std::function<void(const JsonReader&)> read;
     bool required = false;
+    std::function<void(Json&)> write = {};  // empty: the key is not written
   };
   /// Reads an object with these keys and no others. Unknown keys are refused before missing ones, so that a misspelt
   /// key is named; then the fields are read in the given order. If errors are collected, it reads all fields and then
@@ -58,7 +63,7 @@ class JsonReader {
 
   bool boolean() const;
   double number(const Interval& range) const;
-  int integer(int min, int max) const;
+  int integer(const Integers& range) const;
   /// A non-empty string of one line.
   std::string text() const;
   /// A string that is one of `allowed`; `what` names its meaning in messages.
@@ -70,29 +75,15 @@ class JsonReader {
   std::vector<JsonReader> list() const;
   /// Reads the items of a list of any length. If errors are collected, it reads all items.
   void for_each(const std::function<void(const JsonReader&)>& read) const;
-  /// A list of exactly N numbers.
-  template <std::size_t N>
-  std::array<double, N> numbers(const Interval& range) const {
-    std::array<double, N> values{};
-    const std::vector<JsonReader> items = list_of(N, describe_range(range));
-    for (std::size_t i = 0; i < N; ++i) values[i] = items[i].number(range);
-    return values;
-  }
-  template <std::size_t N>
-  std::array<int, N> integers(int min, int max) const {
-    std::array<int, N> values{};
-    const std::vector<JsonReader> items = list_of(N, describe_integers(min, max));
-    for (std::size_t i = 0; i < N; ++i) values[i] = items[i].integer(min, max);
-    return values;
-  }
-  Vec3 vec3(const Interval& range) const { return numbers<3>(range); }
+  /// The items of a list of this length; `each` describes one.
+  std::vector<JsonReader> list_of(std::size_t length, const std::string& each) const;
 
   /// Throws InputError with the JSON pointer of the value.
   [[noreturn]] void refuse(const std::string& found, const std::string& allowed) const;
   /// Throws InputError with a description of the value.
   [[noreturn]] void refuse_value(const std::string& allowed) const;
 
-  const JsonValue& value() const { return *value_; }
+  const Json& value() const { return *value_; }
 
  private:
   /// Returns false if there are other keys, which are recorded. Without a list of errors it throws for the first one.
@@ -100,12 +91,9 @@ class JsonReader {
   /// Calls read(), and records its error if errors are collected.
   void collect(const std::function<void()>& read) const;
   /// The reader of an item of a list or object.
-  JsonReader child(std::size_t item) const;
-  std::vector<JsonReader> list_of(std::size_t length, const std::string& what) const;
-  static std::string describe_range(const Interval& range);
-  static std::string describe_integers(int min, int max);
+  JsonReader child(const Json& item, const std::string& key) const;
 
-  const JsonValue* value_;
+  const Json* value_;
   std::string file_;
   std::string pointer_;
   ErrorList* errors_;

@@ -8,61 +8,42 @@
 #include "host/base/file.h"
 #include "host/base/spelling_suggestion.h"
 #include "host/mesh/io/mesh_io.h"
-#include "host/scene/scene_read.h"
+#include "host/scene/scene_fields.h"
 #include "malha/error.h"
 
 namespace malha {
-namespace {
 
-Wind read_wind(const JsonReader& at) {
-  Wind wind;
-  at.object({
-      {"velocity", [&](const JsonReader& v) { wind.velocity = v.vec3(any("m/s")); }, true},
-      {"drag", [&](const JsonReader& v) { wind.drag = v.number(at_least(0, "N s/m per particle")); }},
-      {"density", [&](const JsonReader& v) { wind.density = v.number(at_least(0, "kg/m^3 of air")); }},
-      {"drag_coefficient", [&](const JsonReader& v) { wind.drag_coefficient = v.number(at_least(0, "")); }},
-      {"lift_coefficient", [&](const JsonReader& v) { wind.lift_coefficient = v.number(at_least(0, "")); }},
-  });
+static Fields fields_of(Wind& wind) {
+  return {required(field("velocity", wind.velocity, any("m/s"))),
+          field("drag", wind.drag, at_least(0, "N s/m per particle")),
+          written_if(wind.density > 0, field("density", wind.density, at_least(0, "kg/m^3 of air"))),
+          written_if(wind.density > 0, field("drag_coefficient", wind.drag_coefficient, at_least(0, ""))),
+          written_if(wind.density > 0, field("lift_coefficient", wind.lift_coefficient, at_least(0, "")))};
+}
+static void check(const JsonReader& at, const Wind&) {
   if (!at.has("drag") && !at.has("density"))
     at.refuse("neither 'drag' nor 'density'", "'drag' (acts on particles), 'density' (acts on faces) or both");
   for (const char* key : {"drag_coefficient", "lift_coefficient"})
     if (at.has(key) && !at.has("density"))
       at.at(key).refuse("'" + std::string(key) + "' without 'density'", "'density' beside it");
-  return wind;
 }
 
-Sleep read_sleep(const JsonReader& at) {
-  Sleep sleep;
-  at.object({
-      {"speed", [&](const JsonReader& v) { sleep.speed = v.number(above(0, "m/s")); }},
-      {"after", [&](const JsonReader& v) { sleep.after = v.number(at_least(0, "s")); }},
-  });
-  return sleep;
+static Fields fields_of(Sleep& sleep) {
+  return {field("speed", sleep.speed, above(0, "m/s")), field("after", sleep.after, at_least(0, "s"))};
 }
 
-SelfCollision read_self_collision(const JsonReader& at) {
-  SelfCollision self;
-  at.object({
-      {"thickness", [&](const JsonReader& v) { self.thickness = v.number(above(0, "m")); }, true},
-      {"crossing_at_start",
-       [&](const JsonReader& v) {
-         self.ignores_crossings = v.choice("crossing_at_start", {"refuse", "ignore"}) == "ignore";
-       }},
-      {"friction", [&](const JsonReader& v) { self.friction = v.number(at_least(0, "")); }},
-      {"bodies",
-       [&](const JsonReader& v) {
-         for (const JsonReader& item : v.list()) self.bodies.push_back(item.text());
-         if (self.bodies.empty()) v.refuse("no body", "at least one, or no key for all bodies");
-       }},
-  });
-  return self;
+static Fields fields_of(SelfCollision& self) {
+  return {
+      required(field("thickness", self.thickness, above(0, "m"))), field("friction", self.friction, at_least(0, "")),
+      written_if(!self.bodies.empty(), checked(field("bodies", self.bodies),
+                                               [&self](const JsonReader& at) {
+                                                 if (self.bodies.empty())
+                                                   at.refuse("no body", "at least one, or no key for all bodies");
+                                               })),
+      choice("crossing_at_start", "crossing_at_start", self.ignores_crossings, {{"refuse", false}, {"ignore", true}})};
 }
 
-std::vector<std::string> names_of(const std::vector<BodySpec>& bodies) {
-  std::vector<std::string> names;
-  for (const BodySpec& body : bodies) names.push_back(body.name);
-  return names;
-}
+namespace {
 
 /// Refuses names that are not those of bodies, and repeated ones.
 void check_self_collision(const JsonReader& at, const SelfCollision& self, const std::vector<std::string>& known) {
@@ -80,64 +61,79 @@ void refuse_duplicate_name(const JsonReader& at, const std::string& name, std::s
   if (!names.insert(name).second) at.at("name").refuse_value("a name that no other body or environment object has");
 }
 
+/// The names in a scene, as they are read.
+struct Names {
+  std::set<std::string> all;
+  std::vector<std::string> bodies;  // empty if bodies have errors
+};
+
+Fields fields_of(Scene& scene, const std::string& folder, Names& names) {
+  const auto read_body_of_scene = [&](const JsonReader& at) {
+    BodySpec body = read_body(at, folder);
+    refuse_duplicate_name(at, body.name, names.all);
+    return body;
+  };
+  const auto read_object_of_scene = [&](const JsonReader& at) {
+    EnvironmentSpec object = read_environment(at, folder);
+    refuse_duplicate_name(at, object.name, names.all);
+    return object;
+  };
+  const auto write_one = [&](auto& one) { return write(fields_of(one, folder)); };
+  const auto note_names = [&](const JsonReader& at) {
+    if (scene.bodies.empty()) at.refuse("no body", "at least one");
+    for (const BodySpec& body : scene.bodies) names.bodies.push_back(body.name);
+  };
+  return {
+      {"$schema", [](const JsonReader& at) { at.text(); }},
+      required(name_field(scene.name)),
+      {"solver", [&](const JsonReader& at) { scene.solver = read_solver(at); }, true,
+       [&](Json& json) { json["solver"] = write(fields_of(scene.solver)); }},
+      field("gravity", scene.gravity, any("m/s^2")),
+      part("wind", scene.wind),
+      part("sleep", scene.sleep),
+      required(checked(written_if(!scene.bodies.empty(), list("bodies", scene.bodies, read_body_of_scene, write_one)),
+                       note_names)),
+      list("environment", scene.environment, read_object_of_scene, write_one),
+      checked(part("self_collision", scene.self_collision),
+              [&](const JsonReader& at) { check_self_collision(at, *scene.self_collision, names.bodies); }),
+      required(field("duration", scene.duration, above(0, "s"))),
+      part("outputs", scene.outputs),
+      {"expect", [&](const JsonReader& at) { scene.expect = read_expect(at, names.bodies); }, false,
+       [&](Json& json) { json["expect"] = write(fields_of(scene.expect, {})); }},
+  };
+}
+
 }  // namespace
 
-std::string read_name(const JsonReader& at) {
-  const std::string name = at.text();
-  if (name.front() == '.' || name.find_first_of("/\\") != std::string::npos) {
-    at.refuse_value("a name without '/' and '\\', and without '.' in front");
-  }
-  return name;
+Field name_field(std::string& name) {
+  return checked(field("name", name), [&name](const JsonReader& at) {
+    if (name.front() == '.' || name.find_first_of("/\\") != std::string::npos)
+      at.refuse_value("a name without '/' and '\\', and without '.' in front");
+  });
 }
 
 Scene parse_scene(const std::string& text, const std::string& file, const std::string& folder) {
-  const JsonValue tree = parse_json(text, file);
+  const Json tree = parse_json(text, file);
   ErrorList errors;
   const JsonReader root(tree, file, "", &errors);
   Scene scene;
   scene.file = file;
-  std::set<std::string> names;
-  std::vector<std::string> known;  // names of the bodies; empty if bodies have errors
+  Names names;
   errors.collect([&] {
-    root.object({
-        {"$schema", [](const JsonReader& v) { v.text(); }},
-        {"name", [&](const JsonReader& v) { scene.name = read_name(v); }, true},
-        {"solver", [&](const JsonReader& v) { scene.solver = read_solver(v); }, true},
-        {"gravity", [&](const JsonReader& v) { scene.gravity = v.vec3(any("m/s^2")); }},
-        {"wind", [&](const JsonReader& v) { scene.wind = read_wind(v); }},
-        {"sleep", [&](const JsonReader& v) { scene.sleep = read_sleep(v); }},
-        {"bodies",
-         [&](const JsonReader& v) {
-           v.for_each([&](const JsonReader& item) {
-             scene.bodies.push_back(read_body(item, folder));
-             refuse_duplicate_name(item, scene.bodies.back().name, names);
-           });
-           if (scene.bodies.empty()) v.refuse("no body", "at least one");
-           known = names_of(scene.bodies);
-         },
-         true},
-        {"environment",
-         [&](const JsonReader& v) {
-           v.for_each([&](const JsonReader& item) {
-             scene.environment.push_back(read_environment(item, folder));
-             refuse_duplicate_name(item, scene.environment.back().name, names);
-           });
-         }},
-        {"self_collision",
-         [&](const JsonReader& v) {
-           scene.self_collision = read_self_collision(v);
-           check_self_collision(v, *scene.self_collision, known);
-         }},
-        {"duration", [&](const JsonReader& v) { scene.duration = v.number(above(0, "s")); }, true},
-        {"outputs", [&](const JsonReader& v) { scene.outputs = read_outputs(v); }},
-        {"expect", [&](const JsonReader& v) { scene.expect = read_expect(v, known); }},
-    });
+    root.object(fields_of(scene, folder, names));
     if (scene.duration / scene.solver.dt > max_steps) {
       root.at("duration").refuse_value("at most " + std::to_string(max_steps) + " steps of /solver/dt");
     }
   });
   errors.throw_all();
   return scene;
+}
+
+std::string to_json(const Scene& scene, const std::string& folder) {
+  Scene written = scene;
+  Names names;
+  const Json json = write(fields_of(written, folder, names));
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";  // paths may contain invalid UTF-8
 }
 
 Scene load_scene(const std::string& path) {

@@ -3,85 +3,88 @@
 #include <cmath>
 
 #include "host/scene/constraint_schema.h"
-#include "host/scene/scene_read.h"
+#include "host/scene/scene_fields.h"
 
 namespace malha {
+
+namespace {
+
+/// Returns the kind of this name, or null.
+const ConstraintSchema* kind_of(const std::string& type) {
+  const auto kind = std::ranges::find(constraint_kinds(), type, &ConstraintSchema::name);
+  return kind == constraint_kinds().end() ? nullptr : &*kind;
+}
+
+/// `kind`: null for a type that does not exist. What was set in code although the kind lacks it is written too, so that
+/// check_scene() refuses it.
+Fields fields_of(ConstraintSpec& spec, const ConstraintSchema* kind) {
+  Fields fields{{"type", [](const JsonReader&) {}, true, [&spec](Json& json) { json["type"] = spec.type; }}};
+  if (kind && kind->on_edges) fields.push_back(choices("elements", "element", spec.elements, {"edges", "shear"}));
+  if (kind) {
+    const Interval range = std::isfinite(kind->parameter_max) ? between(kind->parameter_min, kind->parameter_max, "")
+                           : kind->min_included               ? at_least(kind->parameter_min, "")
+                                                              : above(kind->parameter_min, "");
+    fields.push_back(field(kind->parameter, spec.parameter, range));
+  }
+  for (const char* key : {"rigidity", "young_modulus"}) {
+    const bool has_it = kind && kind->modulus == key;
+    Field modulus = field(key, modulus_of(spec, key), above(0, has_it ? kind->unit : ""));
+    modulus.required = has_it && !kind->accepts_stiffness;
+    if (has_it || modulus_of(spec, key)) fields.push_back(modulus);
+  }
+  const bool has_modulus = spec.rigidity || spec.young_modulus, accepts = kind && kind->accepts_stiffness;
+  if (accepts || spec.compliance)
+    fields.push_back(written_if(!has_modulus, field("compliance", spec.compliance,
+                                                    at_least(0,
+                                                             "m/N for lengths, rad/(N m) for angles, m^5/N for "
+                                                             "volumes"))));
+  if (accepts)
+    fields.push_back(
+        written_if(!has_modulus && !spec.compliance, field("stiffness", spec.stiffness, between(0, 1, ""))));
+  return fields;
+}
 
 ConstraintSpec read_constraint(const JsonReader& at) {
   std::vector<std::string> names;
   for (const ConstraintSchema& kind : constraint_kinds()) names.push_back(kind.name);
   ConstraintSpec spec;
   spec.type = at.at("type").choice("constraint", names);
-  const auto kind = std::find_if(constraint_kinds().begin(), constraint_kinds().end(),
-                                 [&](const ConstraintSchema& k) { return k.name == spec.type; });
-  spec.parameter = kind->parameter_default;
-  const Interval range = std::isfinite(kind->parameter_max) ? between(kind->parameter_min, kind->parameter_max, "")
-                         : kind->min_included               ? at_least(kind->parameter_min, "")
-                                                            : above(kind->parameter_min, "");
-
+  const ConstraintSchema& kind = *kind_of(spec.type);
+  spec.parameter = kind.parameter_default;
+  if (kind.on_edges) spec.elements = {"edges"};
   if (spec.type == "pressure" && at.has("pressure"))  // the former name of the key
     at.at("pressure").refuse("'pressure', which is a ratio of volumes, not a pressure", "'volume_ratio'");
-  std::vector<JsonReader::Field> fields{
-      {"type", [](const JsonReader&) {}, true},
-  };
-  if (kind->accepts_stiffness) {
-    fields.push_back({"stiffness", [&](const JsonReader& v) { spec.stiffness = v.number(between(0, 1, "")); }});
-    fields.push_back({"compliance", [&](const JsonReader& v) {
-                        spec.compliance =
-                            v.number(at_least(0, "m/N for lengths, rad/(N m) for angles, m^5/N for volumes"));
-                        if (at.has("stiffness")) v.refuse("both 'stiffness' and 'compliance'", "one of them");
-                      }});
-  }
-  fields.push_back({kind->parameter, [&](const JsonReader& v) { spec.parameter = v.number(range); }});
-  if (!kind->modulus.empty())
-    fields.push_back({kind->modulus,
-                      [&](const JsonReader& v) {
-                        modulus_of(spec, kind->modulus) = v.number(above(0, kind->unit));
-                        if (kind->accepts_stiffness && (at.has("stiffness") || at.has("compliance")))
-                          v.refuse("'" + kind->modulus + "' beside 'stiffness' or 'compliance'", "one of them");
-                      },
-                      !kind->accepts_stiffness});
-  if (kind->on_edges) {
-    spec.elements = {"edges"};
-    fields.push_back({"elements", [&](const JsonReader& v) {
-                        spec.elements = v.choices("element", {"edges", "shear"});
-                      }});
-  }
-  at.object(fields);
+  at.object(fields_of(spec, &kind));
+  if (at.has("stiffness") && at.has("compliance"))
+    at.at("compliance").refuse("both 'stiffness' and 'compliance'", "one of them");
+  if (at.has(kind.modulus) && (at.has("stiffness") || at.has("compliance")))
+    at.at(kind.modulus).refuse("'" + kind.modulus + "' beside 'stiffness' or 'compliance'", "one of them");
   return spec;
+}
+
+}  // namespace
+
+Fields fields_of(BodySpec& body, const std::string& folder) {
+  return {
+      required(name_field(body.name)),
+      required(shape_field(body.shape, ShapeUse::Body, folder)),
+      part("transform", body.transform),
+      field("velocity", body.velocity, any("m/s")),
+      field("spin", body.spin, any("rad/s")),
+      field("mass", body.mass, above(0, "kg")),
+      field("density", body.density, above(0, "kg/m^2 of surface, kg/m of lines, kg/m^3 of tetrahedra")),
+      field("damping", body.damping, between(0, 1, "")),
+      pins_field(body),
+      attachments_field(body),
+      part("tear", body.tear),
+      list("constraints", body.constraints, read_constraint,
+           [](ConstraintSpec& spec) { return write(fields_of(spec, kind_of(spec.type))); }),
+  };
 }
 
 BodySpec read_body(const JsonReader& at, const std::string& folder) {
   BodySpec body;
-  bool has_shape = false;  // without a valid shape, pins by rows cannot be checked
-  at.object({
-      {"name", [&](const JsonReader& v) { body.name = read_name(v); }, true},
-      {"shape", [&](const JsonReader& v) { body.shape = read_shape(v, ShapeUse::Body, folder), has_shape = true; },
-       true},
-      {"transform", [&](const JsonReader& v) { body.transform = read_transform(v); }},
-      {"velocity", [&](const JsonReader& v) { body.velocity = v.vec3(any("m/s")); }},
-      {"spin", [&](const JsonReader& v) { body.spin = v.vec3(any("rad/s")); }},
-      {"mass", [&](const JsonReader& v) { body.mass = v.number(above(0, "kg")); }},
-      {"density",
-       [&](const JsonReader& v) {
-         body.density = v.number(above(0, "kg/m^2 of surface, kg/m of lines, kg/m^3 of tetrahedra"));
-       }},
-      {"damping", [&](const JsonReader& v) { body.damping = v.number(between(0, 1, "")); }},
-      {"pins",
-       [&](const JsonReader& v) {
-         if (has_shape) v.for_each([&](const JsonReader& item) { body.pins.push_back(read_pin(item, body.shape)); });
-       }},
-      {"attachments",
-       [&](const JsonReader& v) {
-         if (has_shape)
-           v.for_each([&](const JsonReader& item) { body.attachments.push_back(read_attachment(item, body.shape)); });
-       }},
-      {"tear", [&](const JsonReader& v) { body.tear = read_tear(v); }},
-      {"constraints",
-       [&](const JsonReader& v) {
-         v.for_each([&](const JsonReader& item) { body.constraints.push_back(read_constraint(item)); });
-       }},
-  });
+  at.object(fields_of(body, folder));
   if (body.density && is_loose(body.shape)) {
     at.at("density").refuse("a density of loose particles", "'mass' (kg)");
   }

@@ -1,57 +1,49 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/scene/scene_read.h"
+#include "host/scene/scene_fields.h"
 
 namespace malha {
+
 namespace {
 
-Sides read_sides(const JsonReader& at) {
-  const std::string sides = at.choice("value of sides", {"solid", "one_sided", "two_sided"});
-  if (sides == "one_sided") return Sides::OneSided;
-  return sides == "two_sided" ? Sides::TwoSided : Sides::Solid;
-}
-
-Keyframe read_keyframe(const JsonReader& at) {
-  Keyframe key;
-  at.object({
-      {"time", [&](const JsonReader& v) { key.time = v.number(at_least(0, "s")); }, true},
-      {"translate", [&](const JsonReader& v) { key.translate = v.vec3(any("m")); }},
-      {"rotate", [&](const JsonReader& v) { read_rotation(v, key.axis, key.degrees); }},
-  });
-  return key;
+Fields fields_of(Keyframe& key) {
+  return {required(field("time", key.time, at_least(0, "s"))), field("translate", key.translate, any("m")),
+          rotation_field(key.axis, key.degrees)};
 }
 
 }  // namespace
 
-std::vector<Keyframe> read_motion(const JsonReader& at) {
-  std::vector<Keyframe> motion;
-  for (const JsonReader& item : at.list()) {
-    const Keyframe key = read_keyframe(item);
-    if (!motion.empty() && key.time <= motion.back().time) {
-      item.at("time").refuse_value("a time after that of the keyframe before it (s)");
-    }
-    motion.push_back(key);
-  }
-  return motion;
+Field motion_field(std::vector<Keyframe>& motion) {
+  const auto read_one = [&motion](const JsonReader& at) {
+    Keyframe key;
+    at.object(fields_of(key));
+    if (!motion.empty() && key.time <= motion.back().time)
+      at.at("time").refuse_value("a time after that of the keyframe before it (s)");
+    return key;
+  };
+  return list("motion", motion, read_one, [](Keyframe& key) { return write(fields_of(key)); });
+}
+
+Fields fields_of(EnvironmentSpec& object, const std::string& folder) {
+  return {
+      required(name_field(object.name)),
+      required(shape_field(object.shape, ShapeUse::Environment, folder)),
+      part("transform", object.transform),
+      choice("sides", "value of sides", object.sides,
+             {{"solid", Sides::Solid}, {"one_sided", Sides::OneSided}, {"two_sided", Sides::TwoSided}}),
+      written_if(object.push_out,
+                 choice("start_inside", "start_inside", object.push_out, {{"refuse", false}, {"push_out", true}})),
+      written_if(object.thickness != 0, field("thickness", object.thickness, above(0, "m"))),
+      field("friction", object.friction, at_least(0, "")),
+      field("restitution", object.restitution, between(0, 1, "")),
+      written_if(object.edges, field("edges", object.edges)),
+      motion_field(object.motion),
+  };
 }
 
 EnvironmentSpec read_environment(const JsonReader& at, const std::string& folder) {
   EnvironmentSpec object;
   object.thickness = 0;  // the default, see EnvironmentSpec
-  at.object({
-      {"name", [&](const JsonReader& v) { object.name = read_name(v); }, true},
-      {"shape", [&](const JsonReader& v) { object.shape = read_shape(v, ShapeUse::Environment, folder); }, true},
-      {"transform", [&](const JsonReader& v) { object.transform = read_transform(v); }},
-      {"sides", [&](const JsonReader& v) { object.sides = read_sides(v); }},
-      {"start_inside",
-       [&](const JsonReader& v) {
-         object.push_out = v.choice("start_inside", {"refuse", "push_out"}) == "push_out";
-       }},
-      {"thickness", [&](const JsonReader& v) { object.thickness = v.number(above(0, "m")); }},
-      {"friction", [&](const JsonReader& v) { object.friction = v.number(at_least(0, "")); }},
-      {"restitution", [&](const JsonReader& v) { object.restitution = v.number(between(0, 1, "")); }},
-      {"edges", [&](const JsonReader& v) { object.edges = v.boolean(); }},
-      {"motion", [&](const JsonReader& v) { object.motion = read_motion(v); }},
-  });
+  at.object(fields_of(object, folder));
   if (at.has("start_inside") && object.sides != Sides::Solid)
     at.at("start_inside").refuse("'start_inside' of a sheet, which has no inside", "\"sides\": \"solid\" beside it");
   return object;

@@ -1,127 +1,140 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/scene/scene_read.h"
+#include "host/scene/scene_fields.h"
 
 namespace malha {
+
+static Fields fields_of(Camera& camera) {
+  return {required(field("eye", camera.eye, any("m"))), required(field("target", camera.target, any("m"))),
+          field("fov_degrees", camera.fov_degrees, between(1, 170, "degrees"))};
+}
+static void check(const JsonReader& at, const Camera& camera) {
+  if (camera.eye == camera.target) at.at("target").refuse("the same point as 'eye'", "another point");
+}
+
+static Fields fields_of(PageSpec& page) { return {field("max_megabytes", page.max_megabytes, between(2, 400, "MB"))}; }
+
 namespace {
 
-Camera read_camera(const JsonReader& at) {
-  Camera camera;
-  at.object({
-      {"eye", [&](const JsonReader& v) { camera.eye = v.vec3(any("m")); }, true},
-      {"target", [&](const JsonReader& v) { camera.target = v.vec3(any("m")); }, true},
-      {"fov_degrees", [&](const JsonReader& v) { camera.fov_degrees = v.number(between(1, 170, "degrees")); }},
-  });
-  if (camera.eye == camera.target) at.at("target").refuse("the same point as 'eye'", "another point");
-  return camera;
+Fields frame_fields(OutputSpec& outputs) {
+  return {required(field("every", outputs.every, Integers{0, max_steps})),
+          required(choices("formats", "format", outputs.formats, kFrameFormats))};
+}
+
+Fields picture_fields(PictureSpec& picture, int& every) {
+  constexpr int widest_picture = 16384;  // pixels
+  return {field("every", every, Integers{0, max_steps}), field("size", picture.size, Integers{1, widest_picture}),
+          part("camera", picture.camera)};
 }
 
 }  // namespace
 
-OutputSpec read_outputs(const JsonReader& at) {
-  constexpr int widest_picture = 16384;  // pixels
-  OutputSpec outputs;
-  const auto read_frames = [&](const JsonReader& frames) {
-    frames.object({
-        {"every", [&](const JsonReader& v) { outputs.every = v.integer(0, max_steps); }, true},
-        {"formats", [&](const JsonReader& v) { outputs.formats = v.choices("format", kFrameFormats); }, true},
-    });
-  };
-  const auto read_pictures = [&](const JsonReader& pictures) {
+Fields fields_of(OutputSpec& outputs) {
+  const auto read_pictures = [&](const JsonReader& at) {
     PictureSpec picture;
-    pictures.object({
-        {"every", [&](const JsonReader& v) { outputs.picture_every = v.integer(0, max_steps); }},
-        {"size", [&](const JsonReader& v) { picture.size = v.integers<2>(1, widest_picture); }},
-        {"camera", [&](const JsonReader& v) { picture.camera = read_camera(v); }},
-    });
+    at.object(picture_fields(picture, outputs.picture_every));
     outputs.picture = picture;
   };
-  const auto read_page = [&](const JsonReader& page) {
-    outputs.page.emplace();
-    page.object({{"max_megabytes",
-                  [&](const JsonReader& v) { outputs.page->max_megabytes = v.number(between(2, 400, "MB")); }}});
+  const auto write_pictures = [&](Json& json) {
+    PictureSpec picture = outputs.picture.value_or(PictureSpec{});
+    if (outputs.picture || outputs.picture_every > 0)
+      json["pictures"] = write(picture_fields(picture, outputs.picture_every));
   };
-  at.object({
-      {"frames", read_frames},
-      {"pictures", read_pictures},
-      {"page", read_page},
-      {"checkpoint_every", [&](const JsonReader& v) { outputs.checkpoint_every = v.integer(0, max_steps); }},
-  });
-  return outputs;
+  return {
+      written_if(!outputs.formats.empty(), {"frames", [&](const JsonReader& at) { at.object(frame_fields(outputs)); },
+                                            false, [&](Json& json) { json["frames"] = write(frame_fields(outputs)); }}),
+      {"pictures", read_pictures, false, write_pictures},
+      part("page", outputs.page),
+      field("checkpoint_every", outputs.checkpoint_every, Integers{0, max_steps}),
+  };
 }
 
 namespace {
 
-/// Reads a range: a number is the upper bound, an object has "at_least", "at_most" or both. `one` reads such a number.
-template <class One>
-Range read_range(const JsonReader& at, const std::string& what, One&& one) {
-  if (at.value().type == JsonValue::Type::Number) return Range(one(at));
-  if (at.value().type != JsonValue::Type::Object) at.refuse_value(what + ", or an object with at_least, at_most");
-  Range bounds;
-  at.object({{"at_least", [&](const JsonReader& v) { bounds.at_least = one(v); }},
-             {"at_most", [&](const JsonReader& v) { bounds.at_most = one(v); }}});
-  if (!bounds) at.refuse("an empty object", "at least one of at_least, at_most");
-  if (bounds.at_least && bounds.at_most && *bounds.at_least > *bounds.at_most)
-    at.at("at_most").refuse_value("a number not below that of 'at_least'");
-  return bounds;
+/// A range: a number is the upper bound, an object has "at_least", "at_most" or both.
+template <class Number, class Limits>
+Field range_field(const std::string& key, Range& to, const std::string& number, const Limits& limits) {
+  const auto read = [=, &to](const JsonReader& at) {
+    std::optional<Number> least, most;
+    if (at.value().is_number())
+      read_into(most, at, limits);
+    else if (at.value().is_object())
+      at.object({field("at_least", least, limits), field("at_most", most, limits)});
+    else
+      at.refuse_value(number + ", or an object with at_least, at_most");
+    if (!least && !most) at.refuse("an empty object", "at least one of at_least, at_most");
+    if (least && most && *least > *most) at.at("at_most").refuse_value("a number not below that of 'at_least'");
+    to.at_least = least, to.at_most = most;
+  };
+  const auto write = [&to, key](Json& json) {
+    if (to.at_least) json[key]["at_least"] = Number(*to.at_least);
+    if (to.at_least && to.at_most) json[key]["at_most"] = Number(*to.at_most);
+    if (!to.at_least && to.at_most) json[key] = Number(*to.at_most);
+  };
+  return {key, read, false, write};
+}
+Field number_range(const std::string& key, Range& to, const std::string& unit) {
+  return range_field<double>(key, to, "a number >= 0", at_least(0, unit));
+}
+Field count_range(const std::string& key, Range& to) {
+  return range_field<int>(key, to, "an integer >= 0", Integers{0, max_steps});
 }
 
-ExpectOfBody read_body_expect(const JsonReader& at, const std::vector<std::string>& bodies) {
-  ExpectOfBody expect;
-  at.object({
-      {"name", [&](const JsonReader& v) { expect.name = bodies.empty() ? v.text() : v.choice("body", bodies); }, true},
-      {"bounds", [&](const JsonReader& v) { read_box(v, expect.bounds_min, expect.bounds_max); }, true},
-  });
-  return expect;
+void read_box(const JsonReader& at, Vec3& min, Vec3& max) { at.object(box_fields(min, max)), check_box(at, min, max); }
+
+Fields fields_of(ExpectOfBody& expect, const std::vector<std::string>& bodies) {
+  const auto read_body = [&](const JsonReader& at) {
+    expect.name = bodies.empty() ? at.text() : at.choice("body", bodies);
+  };
+  return {{"name", read_body, true, [&](Json& json) { json["name"] = expect.name; }},
+          {"bounds", [&](const JsonReader& at) { read_box(at, expect.bounds_min, expect.bounds_max); }, true,
+           [&](Json& json) { json["bounds"] = write(box_fields(expect.bounds_min, expect.bounds_max)); }}};
 }
 
 }  // namespace
+
+Fields fields_of(Expect& expect, const std::vector<std::string>& bodies) {
+  const auto read_body = [&](const JsonReader& at) {
+    ExpectOfBody body;
+    at.object(fields_of(body, bodies));
+    for (const ExpectOfBody& earlier : expect.bodies)
+      if (earlier.name == body.name) at.at("name").refuse_value("each body once");
+    return body;
+  };
+  const auto write_body = [&](ExpectOfBody& body) { return write(fields_of(body, bodies)); };
+  const auto require_one = [&](const JsonReader& at) {
+    if (expect.bodies.empty()) at.refuse("no body", "at least one");
+  };
+  const auto read_bounds = [&](const JsonReader& at) {
+    Vec3 min, max;
+    read_box(at, min, max);
+    expect.bounds_min = min, expect.bounds_max = max;
+  };
+  const auto write_bounds = [&](Json& json) {
+    if (expect.bounds_min && expect.bounds_max)
+      json["bounds"] = write(box_fields(*expect.bounds_min, *expect.bounds_max));
+  };
+  return {
+      number_range("max_strain", expect.max_strain, ""),
+      number_range("rms_strain", expect.rms_strain, ""),
+      number_range("max_penetration", expect.max_penetration, "m"),
+      count_range("max_crossings", expect.max_crossings),
+      field("energy_not_above", expect.energy_not_above, any("J")),
+      field("energy_not_below", expect.energy_not_below, any("J")),
+      number_range("max_speed", expect.max_speed, "m/s"),
+      {"bounds", read_bounds, false, write_bounds},
+      checked(written_if(!expect.bodies.empty(), list("bodies", expect.bodies, read_body, write_body)), require_one),
+      checked(field("volume_ratio", expect.volume_ratio, above(0, "")),
+              [&expect](const JsonReader& at) {
+                if ((*expect.volume_ratio)[0] > (*expect.volume_ratio)[1])
+                  at.list()[1].refuse_value("a number not below the first");
+              }),
+      count_range("inverted_tetrahedra", expect.inverted_tetrahedra),
+  };
+}
 
 Expect read_expect(const JsonReader& at, const std::vector<std::string>& bodies) {
   Expect expect;
-  const auto bounds = [](Range& to, const std::string& unit) {
-    return [&to, unit](const JsonReader& v) {
-      to = read_range(v, "a number >= 0", [&](const JsonReader& one) { return one.number(at_least(0, unit)); });
-    };
-  };
-  const auto counts = [](Range& to) {
-    return [&to](const JsonReader& v) {
-      to = read_range(v, "an integer >= 0", [](const JsonReader& one) { return one.integer(0, max_steps); });
-    };
-  };
-  const auto read_bodies = [&](const JsonReader& v) {
-    for (const JsonReader& item : v.list()) {
-      const ExpectOfBody body = read_body_expect(item, bodies);
-      for (const ExpectOfBody& earlier : expect.bodies)
-        if (earlier.name == body.name) item.at("name").refuse_value("each body once");
-      expect.bodies.push_back(body);
-    }
-    if (expect.bodies.empty()) v.refuse("no body", "at least one");
-  };
-  const auto read_bounds = [&](const JsonReader& v) {
-    Vec3 min, max;
-    read_box(v, min, max);
-    expect.bounds_min = min;
-    expect.bounds_max = max;
-  };
-  const auto read_volume_ratio = [&](const JsonReader& v) {
-    expect.volume_ratio = v.numbers<2>(above(0, ""));
-    if ((*expect.volume_ratio)[0] > (*expect.volume_ratio)[1]) {
-      v.list()[1].refuse_value("a number not below the first");
-    }
-  };
-  at.object({
-      {"max_strain", bounds(expect.max_strain, "")},
-      {"rms_strain", bounds(expect.rms_strain, "")},
-      {"max_penetration", bounds(expect.max_penetration, "m")},
-      {"max_crossings", counts(expect.max_crossings)},
-      {"energy_not_above", [&](const JsonReader& v) { expect.energy_not_above = v.number(any("J")); }},
-      {"energy_not_below", [&](const JsonReader& v) { expect.energy_not_below = v.number(any("J")); }},
-      {"max_speed", bounds(expect.max_speed, "m/s")},
-      {"bounds", read_bounds},
-      {"bodies", read_bodies},
-      {"volume_ratio", read_volume_ratio},
-      {"inverted_tetrahedra", counts(expect.inverted_tetrahedra)},
-  });
+  at.object(fields_of(expect, bodies));
   if (expect.energy_not_above && expect.energy_not_below && *expect.energy_not_above < *expect.energy_not_below)
     at.at("energy_not_above").refuse_value("a number not below 'energy_not_below' (J)");
   return expect;

@@ -3,9 +3,10 @@
 #include <cstdio>
 #include <filesystem>
 
-#include "host/scene/scene_read.h"
+#include "host/scene/scene_fields.h"
 
 namespace malha {
+
 namespace {
 
 constexpr int max_cells = 100000;     // along an axis
@@ -14,199 +15,185 @@ constexpr int max_subdivisions = 10;  // 10,485,762 points
 void refuse_too_many(const JsonReader& at, double particles) {
   if (particles <= max_particles) return;
   std::string counts;
-  const JsonValue& value = at.value();
-  for (const JsonValue& item : value.items) counts += (counts.empty() ? "" : ", ") + describe(item);
-  if (value.type == JsonValue::Type::List) counts = "[" + counts + "]";
+  if (at.value().is_array()) {
+    for (const Json& item : at.value()) counts += (counts.empty() ? "" : ", ") + describe(item);
+    counts = "[" + counts + "]";
+  }
   char number[40];
   std::snprintf(number, sizeof number, "%.0f", particles);
-  at.refuse((counts.empty() ? describe(value) : counts) + ", which makes " + number + " particles",
+  at.refuse((counts.empty() ? describe(at.value()) : counts) + ", which makes " + number + " particles",
             "counts that make at most 20000000 particles");
 }
 
-Shape read_mesh(const JsonReader& at, const std::string& folder) {
-  return MeshFile{(std::filesystem::path(folder) / at.text()).lexically_normal().string()};
+namespace fs = std::filesystem;
+
+/// The absolute path, which is valid in any folder, or the path relative to `folder`, if that is not empty. The name of
+/// the file is kept even if it is a link, since its extension gives the format.
+std::string path_from(const std::string& folder, const fs::path& path) {
+  const fs::path whole = fs::absolute(path);
+  if (folder.empty()) return whole.string();
+  std::error_code gone;  // the folder may have been removed meanwhile
+  const fs::path relative = fs::relative(whole.parent_path(), folder, gone);
+  return gone || relative.empty() ? whole.string() : (relative / whole.filename()).lexically_normal().string();
 }
 
-Shape read_grid(const JsonReader& at) {
-  GridShape grid;
-  at.object({
-      {"size", [&](const JsonReader& v) { grid.size = v.numbers<2>(above(0, "m")); }, true},
-      {"cells", [&](const JsonReader& v) { grid.cells = v.integers<2>(1, max_cells); }, true},
-  });
+}  // namespace
+
+/// The fields of a grid, a box and a tet_box.
+template <class Cells>
+requires requires(Cells of) { of.size, of.cells; }
+static Fields fields_of(Cells& of) {
+  return {required(field("size", of.size, above(0, "m"))), required(field("cells", of.cells, Integers{1, max_cells}))};
+}
+static void check(const JsonReader& at, const GridShape& grid) {
   refuse_too_many(at.at("cells"), (grid.cells[0] + 1.0) * (grid.cells[1] + 1.0));
-  return grid;
 }
 
-Shape read_sphere(const JsonReader& at) {
-  SphereShape sphere;
-  at.object({
-      {"radius", [&](const JsonReader& v) { sphere.radius = v.number(above(0, "m")); }, true},
-      {"subdivisions", [&](const JsonReader& v) { sphere.subdivisions = v.integer(0, max_subdivisions); }, true},
-  });
-  return sphere;
+static Fields fields_of(SphereShape& sphere) {
+  return {required(field("radius", sphere.radius, above(0, "m"))),
+          required(field("subdivisions", sphere.subdivisions, Integers{0, max_subdivisions}))};
 }
 
-Shape read_box_shape(const JsonReader& at) {
-  BoxShape box;
-  at.object({
-      {"size", [&](const JsonReader& v) { box.size = v.vec3(above(0, "m")); }, true},
-      {"cells", [&](const JsonReader& v) { box.cells = v.integers<3>(1, max_cells); }, true},
-  });
+static void check(const JsonReader& at, const BoxShape& box) {
   const auto [x, y, z] = box.cells;
   refuse_too_many(at.at("cells"), 2 * (1.0 * x * y + 1.0 * y * z + 1.0 * z * x) + 2);
-  return box;
 }
 
-Shape read_tet_box(const JsonReader& at) {
-  TetBoxShape box;
-  at.object({
-      {"size", [&](const JsonReader& v) { box.size = v.vec3(above(0, "m")); }, true},
-      {"cells", [&](const JsonReader& v) { box.cells = v.integers<3>(1, max_cells); }, true},
-  });
+static void check(const JsonReader& at, const TetBoxShape& box) {
   refuse_too_many(at.at("cells"), (box.cells[0] + 1.0) * (box.cells[1] + 1.0) * (box.cells[2] + 1.0));
-  return box;
 }
 
-Shape read_bar(const JsonReader& at) {
-  BarShape bar;
-  at.object({
-      {"length", [&](const JsonReader& v) { bar.length = v.number(above(0, "m")); }, true},
-      {"width", [&](const JsonReader& v) { bar.width = v.number(above(0, "m")); }, true},
-      {"cells", [&](const JsonReader& v) { bar.cells = v.integer(1, max_cells); }, true},
-  });
+static Fields fields_of(BarShape& bar) {
+  return {required(field("length", bar.length, above(0, "m"))), required(field("width", bar.width, above(0, "m"))),
+          required(field("cells", bar.cells, Integers{1, max_cells}))};
+}
+static void check(const JsonReader& at, const BarShape& bar) {
   const double along = bar.length / bar.width * bar.cells;
-  if (along > max_cells) {
+  if (along > max_cells)
     at.at("cells").refuse_value("a number of cells for which at most " + std::to_string(max_cells) +
                                 " fit along the length");
-  }
   refuse_too_many(at.at("cells"), 2.0 * bar.cells * (bar.cells + 2 * along));
-  return bar;
 }
 
-Shape read_chain(const JsonReader& at) {
+static Fields fields_of(ChainShape& chain) {
   constexpr int max_segments = 10000000;
-  ChainShape chain;
-  at.object({
-      {"from", [&](const JsonReader& v) { chain.from = v.vec3(any("m")); }, true},
-      {"to", [&](const JsonReader& v) { chain.to = v.vec3(any("m")); }, true},
-      {"segments", [&](const JsonReader& v) { chain.segments = v.integer(1, max_segments); }, true},
-  });
+  return {required(field("from", chain.from, any("m"))), required(field("to", chain.to, any("m"))),
+          required(field("segments", chain.segments, Integers{1, max_segments}))};
+}
+static void check(const JsonReader& at, const ChainShape& chain) {
   if (chain.from == chain.to) at.at("to").refuse("the same point as 'from'", "another point");
-  return chain;
 }
 
-Shape read_lattice(const JsonReader& at) {
-  LatticeShape lattice;
-  at.object({
-      {"min", [&](const JsonReader& v) { lattice.min = v.vec3(any("m")); }, true},
-      {"max", [&](const JsonReader& v) { lattice.max = v.vec3(any("m")); }, true},
-      {"count", [&](const JsonReader& v) { lattice.count = v.integers<3>(1, max_cells); }, true},
-  });
+static Fields fields_of(LatticeShape& lattice) {
+  return {required(field("min", lattice.min, any("m"))), required(field("max", lattice.max, any("m"))),
+          required(field("count", lattice.count, Integers{1, max_cells}))};
+}
+static void check(const JsonReader& at, const LatticeShape& lattice) {
   for (std::size_t i = 0; i < 3; ++i) {
     const bool fits = lattice.count[i] > 1 ? lattice.min[i] < lattice.max[i] : lattice.min[i] <= lattice.max[i];
     if (!fits) at.at("max").list()[i].refuse_value("a number above that of 'min' (m)");
   }
   refuse_too_many(at.at("count"), 1.0 * lattice.count[0] * lattice.count[1] * lattice.count[2]);
-  return lattice;
 }
 
-Shape read_mesh_data(const JsonReader& at) {
-  constexpr int max_index = 2147483647;  // that the points exist is checked when the mesh is generated
-  MeshDataShape data;
-  const auto add_face = [&](const JsonReader& v) {
-    if (v.list().size() == 4) {
-      data.faces.push_back(v.integers<4>(0, max_index));
-    } else if (v.list().size() == 3) {
-      const auto [a, b, c] = v.integers<3>(0, max_index);
-      data.faces.push_back({a, b, c, -1});
-    } else {
-      v.refuse("a list of " + std::to_string(v.list().size()), "a list of 3 or 4 vertices, from 0");
+static Fields fields_of(MeshDataShape& data) {
+  constexpr Integers indices{0, 2147483647};  // that the points exist is checked when the mesh is generated
+  const auto read_faces = [&data, indices](const JsonReader& at) {
+    for (const JsonReader& face : at.list()) {
+      const std::size_t corners = face.list().size();
+      if (corners != 3 && corners != 4)
+        face.refuse("a list of " + std::to_string(corners), "a list of 3 or 4 vertices, from 0");
+      std::vector<int> all;
+      read_into(all, face, indices);
+      data.faces.push_back({all[0], all[1], all[2], corners == 4 ? all[3] : -1});
     }
   };
-  at.object({
-      {"points",
-       [&](const JsonReader& v) {
-         for (const JsonReader& point : v.list()) data.points.push_back(point.vec3(any("m")));
-         if (data.points.empty()) v.refuse("a list of 0", "a list of points (m)");
-         if (data.points.size() > max_particles)
-           v.refuse(std::to_string(data.points.size()) + " points", "at most 20000000");
-       },
-       true},
-      {"faces",
-       [&](const JsonReader& v) {
-         for (const JsonReader& face : v.list()) add_face(face);
-       }},
-      {"lines",
-       [&](const JsonReader& v) {
-         for (const JsonReader& line : v.list()) data.lines.push_back(line.integers<2>(0, max_index));
-       }},
-      {"tetrahedra",
-       [&](const JsonReader& v) {
-         for (const JsonReader& one : v.list()) data.tetrahedra.push_back(one.integers<4>(0, max_index));
-       }},
-  });
-  return data;
+  const auto write_faces = [&data](Json& json) {
+    for (const Quad& face : data.faces)
+      json["faces"].push_back(is_triangle(face) ? Json{face[0], face[1], face[2]} : Json(face));
+  };
+  return {required(checked(field("points", data.points, any("m")),
+                           [&data](const JsonReader& at) {
+                             if (data.points.empty()) at.refuse("a list of 0", "a list of points (m)");
+                             if (data.points.size() > max_particles)
+                               at.refuse(std::to_string(data.points.size()) + " points", "at most 20000000");
+                           })),
+          {"faces", read_faces, false, write_faces},
+          written_if(!data.lines.empty(), field("lines", data.lines, indices)),
+          written_if(!data.tetrahedra.empty(), field("tetrahedra", data.tetrahedra, indices))};
 }
 
-Vec3 read_scale(const JsonReader& at) {
-  if (at.value().type == JsonValue::Type::List) return at.vec3(above(0, ""));
-  const double scale = at.number(above(0, "a ratio, one for all directions or a list of 3"));
-  return {scale, scale, scale};
+namespace {
+
+Field mesh_field(Shape& shape, const std::string& folder) {
+  const auto read = [&shape, folder](const JsonReader& at) {
+    shape = MeshFile{(fs::path(folder) / at.text()).lexically_normal().string()};
+  };
+  return {"mesh", read, false, [&shape, folder](Json& json) {
+            if (const auto* file = std::get_if<MeshFile>(&shape)) json["mesh"] = path_from(folder, file->path);
+          }};
+}
+
+Fields kinds_of_shapes(Shape& shape, ShapeUse use, const std::string& folder) {
+  Fields kinds{mesh_field(shape, folder),
+               alternative<GridShape>("grid", shape),
+               alternative<SphereShape>("sphere", shape),
+               alternative<BoxShape>("box", shape),
+               alternative<BarShape>("bar", shape),
+               alternative<MeshDataShape>("mesh_data", shape)};
+  const Fields of_bodies{alternative<ChainShape>("chain", shape), alternative<LatticeShape>("lattice", shape),
+                         alternative<TetBoxShape>("tet_box", shape)};
+  if (use == ShapeUse::Body) kinds.insert(kinds.end(), of_bodies.begin(), of_bodies.end());
+  return kinds;
 }
 
 }  // namespace
 
-Shape read_shape(const JsonReader& at, ShapeUse use, const std::string& folder) {
-  Shape shape;
-  std::vector<JsonReader::Field> fields{
-      {"mesh", [&](const JsonReader& v) { shape = read_mesh(v, folder); }},
-      {"grid", [&](const JsonReader& v) { shape = read_grid(v); }},
-      {"sphere", [&](const JsonReader& v) { shape = read_sphere(v); }},
-      {"box", [&](const JsonReader& v) { shape = read_box_shape(v); }},
-      {"bar", [&](const JsonReader& v) { shape = read_bar(v); }},
-      {"mesh_data", [&](const JsonReader& v) { shape = read_mesh_data(v); }},
+Field shape_field(Shape& shape, ShapeUse use, const std::string& folder) {
+  const auto read = [&shape, use, folder](const JsonReader& at) {
+    std::optional<double> weld;
+    Shape found;
+    at.one_of(kinds_of_shapes(found, use, folder), {field("weld", weld, at_least(0, "m"))});
+    if (weld && !std::holds_alternative<MeshFile>(found))
+      at.at("weld").refuse("'weld' beside a generated shape", "'weld' beside 'mesh'");
+    if (weld) std::get<MeshFile>(found).weld = weld;
+    shape = found;
   };
-  if (use == ShapeUse::Body) {
-    fields.push_back({"chain", [&](const JsonReader& v) { shape = read_chain(v); }});
-    fields.push_back({"lattice", [&](const JsonReader& v) { shape = read_lattice(v); }});
-    fields.push_back({"tet_box", [&](const JsonReader& v) { shape = read_tet_box(v); }});
-  }
-  std::optional<double> weld;
-  at.one_of(fields, {{"weld", [&](const JsonReader& v) { weld = v.number(at_least(0, "m")); }}});
-  if (!weld) return shape;
-  auto* file = std::get_if<MeshFile>(&shape);
-  if (file == nullptr) at.at("weld").refuse("'weld' beside a generated shape", "'weld' beside 'mesh'");
-  file->weld = weld;
-  return shape;
+  return {"shape", read, false, [&shape, folder](Json& json) {
+            json["shape"] = write(kinds_of_shapes(shape, ShapeUse::Body, folder));
+            if (const auto* file = std::get_if<MeshFile>(&shape)) write_to(json["shape"], "weld", file->weld);
+          }};
 }
 
-void read_rotation(const JsonReader& at, Vec3& axis, double& degrees) {
-  at.object({
-      {"axis", [&](const JsonReader& v) { axis = v.vec3(any("")); }, true},
-      {"degrees", [&](const JsonReader& v) { degrees = v.number(any("degrees")); }, true},
-  });
-  const auto too_small = [](double x) { return -1 / largest_number < x && x < 1 / largest_number; };
-  if (std::all_of(axis.begin(), axis.end(), too_small)) at.at("axis").refuse("a zero axis", "a direction");
+Field rotation_field(Vec3& axis, double& degrees) {
+  const auto fields = [&] {
+    return Fields{required(field("axis", axis, any(""))), required(field("degrees", degrees, any("degrees")))};
+  };
+  const auto read = [&axis, fields](const JsonReader& at) {
+    at.object(fields());
+    const auto too_small = [](double x) { return -1 / largest_number < x && x < 1 / largest_number; };
+    if (std::all_of(axis.begin(), axis.end(), too_small)) at.at("axis").refuse("a zero axis", "a direction");
+  };
+  return {"rotate", read, false, [fields](Json& json) { json["rotate"] = write(fields()); }};
 }
 
-Transform read_transform(const JsonReader& at) {
-  Transform transform;
-  at.object({
-      {"translate", [&](const JsonReader& v) { transform.translate = v.vec3(any("m")); }},
-      {"rotate", [&](const JsonReader& v) { read_rotation(v, transform.axis, transform.degrees); }},
-      {"scale", [&](const JsonReader& v) { transform.scale = read_scale(v); }},
-  });
-  return transform;
+Fields fields_of(Transform& transform) {
+  const auto read_scale = [&transform](const JsonReader& at) {
+    if (at.value().is_array()) return read_into(transform.scale, at, above(0, ""));
+    transform.scale.fill(at.number(above(0, "a ratio, one for all directions or a list of 3")));
+  };
+  return {field("translate", transform.translate, any("m")),
+          rotation_field(transform.axis, transform.degrees),
+          {"scale", read_scale, false, [&](Json& json) { json["scale"] = transform.scale; }}};
 }
 
-void read_box(const JsonReader& at, Vec3& min, Vec3& max) {
-  at.object({
-      {"min", [&](const JsonReader& v) { min = v.vec3(any("m")); }, true},
-      {"max", [&](const JsonReader& v) { max = v.vec3(any("m")); }, true},
-  });
-  for (std::size_t i = 0; i < 3; ++i) {
+Fields box_fields(Vec3& min, Vec3& max) {
+  return {required(field("min", min, any("m"))), required(field("max", max, any("m")))};
+}
+
+void check_box(const JsonReader& at, const Vec3& min, const Vec3& max) {
+  for (std::size_t i = 0; i < 3; ++i)
     if (min[i] > max[i]) at.at("max").list()[i].refuse_value("a number not below that of 'min' (m)");
-  }
 }
 
 }  // namespace malha

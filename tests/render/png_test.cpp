@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/render/png.h"
-
 #include <gtest/gtest.h>
 #include <unistd.h>
 
 #include <cstdlib>
 
 #include "host/base/file.h"
+#include "host/render/image.h"
 #include "tests/render/read_png.h"
 
 namespace malha {

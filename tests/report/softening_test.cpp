@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Softening by too few substeps: when `malha run` and `plan` warn that sheets are softer than their material.
-#include "host/report/softening.h"
-
 #include <gtest/gtest.h>
 
 #include "host/model/model.h"
+#include "host/report/failure_boundaries.h"
 #include "host/report/warnings.h"
 #include "tests/mesh/irregular_mesh.h"
 #include "tests/small_scenes.h"

@@ -2,8 +2,6 @@
 // Heavy blocks on light ones, with self-collision: a block that is laid on the other stays; one that falls on a light
 // one slides off also in the reference, unless something damps it, and a warning names the ratio of masses from which
 // on.
-#include "host/report/heavy_on_light.h"
-
 #include <gtest/gtest.h>
 
 #include <array>
@@ -13,6 +11,7 @@
 
 #include "host/mesh/generate.h"
 #include "host/mesh/vectors.h"
+#include "host/report/failure_boundaries.h"
 #include "host/report/warnings.h"
 #include "tests/numbers.h"
 #include "tests/small_scenes.h"

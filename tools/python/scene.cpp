@@ -222,7 +222,9 @@ void add_scene(py::module_& module) {
       .def(
           "to_dict", [](const Scene& scene) { return parsed(to_json(scene)); },
           "The scene as a dict, every value spelled out: change it, and make another Scene of it.")
-      .def("to_json", &to_json, "The same as JSON text, which `malha run` takes.")
+      .def(
+          "to_json", [](const Scene& scene) { return to_json(scene); },
+          "The same as JSON text, which `malha run` takes.")
       .def_property_readonly(
           "name", [](const Scene& scene) { return scene.name; }, "For people.")
       .def_property_readonly(

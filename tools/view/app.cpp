@@ -8,7 +8,7 @@
 #include <cmath>
 
 #include "host/base/file.h"
-#include "host/render/png.h"
+#include "host/render/image.h"
 #include "malha/text.h"
 #include "tools/view/layout.h"
 #include "tools/view/pick.h"

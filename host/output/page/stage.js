@@ -2,22 +2,6 @@
 // Rendering of one run by three.js: bodies, environment and visual fields.
 'use strict';
 
-// Computes vertex normals as area-weighted means over the triangles around each point.
-function setNormals(normals, x, triangles) {
-  normals.fill(0);
-  for (let t = 0; t < triangles.length; t += 3) {
-    const a = 3 * triangles[t], b = 3 * triangles[t + 1], c = 3 * triangles[t + 2];
-    const ux = x[b] - x[a], uy = x[b + 1] - x[a + 1], uz = x[b + 2] - x[a + 2];
-    const vx = x[c] - x[a], vy = x[c + 1] - x[a + 1], vz = x[c + 2] - x[a + 2];
-    const nx = uy * vz - uz * vy, ny = uz * vx - ux * vz, nz = ux * vy - uy * vx;
-    for (const i of [a, b, c]) normals[i] += nx, normals[i + 1] += ny, normals[i + 2] += nz;
-  }
-  for (let i = 0; i < normals.length; i += 3) {
-    const length = Math.hypot(normals[i], normals[i + 1], normals[i + 2]) || 1;
-    normals[i] /= length, normals[i + 1] /= length, normals[i + 2] /= length;
-  }
-}
-
 class Stage {
   constructor(run, frames, canvas) {
     this.run = run, this.frames = frames, this.look = 'shaded', this.shown = -1, this.turn = 0;
@@ -81,7 +65,6 @@ class Stage {
     for (const part of this.parts) this.scene.remove(part), part.geometry.dispose();
     this.parts = [], this.mesh = mesh, this.wire = null;
     this.x = new THREE.BufferAttribute(new Float32Array(3 * mesh.count), 3);
-    this.normals = new THREE.BufferAttribute(new Float32Array(3 * mesh.count), 3);
     this.colours = new THREE.BufferAttribute(new Float32Array(3 * mesh.count), 3);
     const size = this.box().getSize(new THREE.Vector3()).length() || 1;
     this.spread = Math.min(size / Math.sqrt(Math.max(mesh.count, 1)), 0.05 * size);  // approximate distance of neighbouring particles, m
@@ -101,8 +84,7 @@ class Stage {
   // Adds an object of all particles, or of those in `index`.
   add(Kind, index, material) {
     const geometry = new THREE.BufferGeometry();
-    geometry.setAttribute('position', this.x), geometry.setAttribute('normal', this.normals);
-    geometry.setAttribute('color', this.colours);
+    geometry.setAttribute('position', this.x), geometry.setAttribute('color', this.colours);
     if (index) geometry.setIndex(new THREE.BufferAttribute(index, 1));
     const part = new Kind(geometry, material);
     part.frustumCulled = false;
@@ -117,7 +99,7 @@ class Stage {
     if (turn !== this.turn) return;
     if (mesh !== this.mesh) this.build(mesh);
     this.x.array.set(x), this.x.needsUpdate = true;
-    if (mesh.triangles.length > 0) setNormals(this.normals.array, x, mesh.triangles), this.normals.needsUpdate = true;
+    if (mesh.triangles.length > 0) this.surface.geometry.computeVertexNormals();
     this.data = data;
     this.paint(x);
     const wires = this.look === 'wire', particles = this.look === 'particles';
