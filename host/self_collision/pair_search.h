@@ -21,8 +21,11 @@ class PairSearch {
 
   /// `origin`: a point near x, m. `crosses`: bodies intersect at the start.
   PairSearch(const Executor& executor, const SelfSurface& surface, const std::vector<Vec3>& x, double thickness,
-             const BroadPhaseParams<R>& rules, const Vector3<double>& origin = {0, 0, 0}, bool crosses = false)
-      : executor_(executor), rules_(rules), thickness_(R(thickness)), particles_(static_cast<int>(x.size())) {
+             const Vector3<double>& origin = {0, 0, 0}, bool crosses = false)
+      : executor_(executor),
+        rules_{R(0.1 * thickness), R(0.25), R(thickness), R(0.5 * thickness)},
+        thickness_(R(thickness)),
+        particles_(static_cast<int>(x.size())) {
     memory_.crosses = crosses ? 1 : 0;
     upload_plan(plan_clusters(surface, x));
     std::vector<Vec4<R>> rest;

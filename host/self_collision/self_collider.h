@@ -113,23 +113,9 @@ class SelfCollider {
  private:
   static constexpr int kGrain = 8192;
   static constexpr int kMoreProjections = 8;
-  static constexpr double kLong =
-      0.01;  // s: in longer substeps layers fall so far that one sweep leaves uneven contacts
-  static constexpr int kLongSweeps = 3;
-  static constexpr double kPushDistance =
-      0.1;                                   // of the thickness, beyond the minimum distance: nearer pairs are contacts
-  static constexpr double kLeastGap = 0.02;  // of the thickness
   static constexpr double kRounding = 0.05;  // of the least gap
 
-  static BroadPhaseParams<R> broad_phase_params(const Model& model) {
-    const double thickness = model.scene.self_collision->thickness;
-    return {R(0.1 * thickness), R(0.25), R(thickness), R(0.5 * thickness)};
-  }
-  static ContactParams<R> contact_params(const Model& model) {
-    const double thickness = model.scene.self_collision->thickness;
-    return {R(recovery_share(model.scene.solver.dt / model.scene.solver.substeps)), R(kPushDistance * thickness),
-            R(kLeastGap * thickness)};
-  }
+  static double thickness(const Model& model) { return model.scene.self_collision->thickness; }
   static SelfStats facts_at_start(const Model& model, const SelfSurface& surface) {
     SelfStats facts{.particles = surface.particles, .edges = surface.edges, .triangles = surface.triangles};
     if (model.scene.self_collision->ignores_crossings) facts.crossings = std::ssize(crossings_at_start(model, surface));
@@ -220,12 +206,11 @@ SelfCollider<Executor, R>::SelfCollider(const Executor& executor, const Model& m
       count_(model.count()),
       substeps_(model.scene.solver.substeps),
       facts_(facts_at_start(model, surface_)),
-      trajectories_(executor, particles, model.x, first_of(surface_), model.scene.self_collision->thickness,
-                    kRounding * double(contact_params(model).least)),
-      search_(executor, surface_, model.x, model.scene.self_collision->thickness, broad_phase_params(model),
-              trajectories_.origin(), facts_.crossings > 0),
-      contacts_(executor, count_, search_.clusters(), contact_params(model), model.scene.self_collision->friction,
-                model.scene.solver.dt / substeps_ > kLong ? kLongSweeps : 1),
+      trajectories_(executor, particles, model.x, first_of(surface_), thickness(model),
+                    kRounding * double(SelfContacts<Executor, R>::least_gap(thickness(model)))),
+      search_(executor, surface_, model.x, thickness(model), trajectories_.origin(), facts_.crossings > 0),
+      contacts_(executor, count_, search_.clusters(), thickness(model), model.scene.self_collision->friction,
+                model.scene.solver.dt / substeps_),
       jam_(executor, surface_) {}
 
 /// The steps are bounds, broad phase, narrow phase, projection, pushes by kinematic particles, truncation, and motion

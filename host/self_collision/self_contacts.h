@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "host/base/array.h"
+#include "kernels/self_collision/contact_distance.h"
 #include "kernels/self_collision/kinematic_push.h"
 #include "kernels/self_collision/solve_contacts.h"
 #include "malha/error.h"
@@ -39,10 +40,13 @@ void note_launch(const IndexedGroups<Kernel>& list, int groups) {
 template <class Executor, class R>
 class SelfContacts {
  public:
-  /// Each of the clusters has a patch. `friction`: Coulomb's mu. `sweeps`: over all contacts, a projection.
-  SelfContacts(const Executor& executor, int particles, int clusters, const ContactParams<R>& params, double friction,
-               int sweeps)
-      : executor_(executor), params_(params), friction_(R(friction)), sweeps_(sweeps), particles_(particles) {
+  /// Each of the clusters has a patch. `thickness`: m. `friction`: Coulomb's mu. `h`: of a substep, s.
+  SelfContacts(const Executor& executor, int particles, int clusters, double thickness, double friction, double h)
+      : executor_(executor),
+        params_{R(recovery_share(h)), R(kPushDistance * thickness), least_gap(thickness)},
+        friction_(R(friction)),
+        sweeps_(h > kLong ? kLongSweeps : 1),
+        particles_(particles) {
     patches_ = Array<Executor, PairPatch>(clusters, PairPatch{});
     if (!Memory<Executor>::kOnHost) {  // a device lists particles only up to the capacity
       std::vector<PairPatch> patches(clusters);
@@ -54,13 +58,15 @@ class SelfContacts {
     violations_ = Array<Executor, ViolationCount>(clusters, ViolationCount{});
   }
 
+  /// Lower bound of the gap that truncation leaves, m.
+  static R least_gap(double thickness) { return R(kLeastGap * thickness); }
+
   Pairs<R> pairs() const {
     return {patches_.data(), blocks_.data(), bits_.data(), patch_particles_.data(), kIndexScale<R> * particles_};
   }
   std::int64_t found() const { return found_; }  // pairs
   std::int64_t candidates() const { return candidates_; }
   int colours() const { return static_cast<int>(colour_begin_.size()) - 1; }
-  const ContactParams<R>& params() const { return params_; }
 
   void start_substep() { detected_ = false, earlier_pushes_ = kNotCounted; }
 
@@ -119,6 +125,7 @@ class SelfContacts {
     find_violations(motions, false, states);
     return sum_violations();
   }
+
   // What the guard does with the violating pairs that the last count has found.
 
   /// Pushes particles ahead of kinematic ones.
@@ -159,6 +166,12 @@ class SelfContacts {
   }
 
  private:
+  static constexpr double kPushDistance =
+      0.1;                                   // of the thickness, beyond the minimum distance: nearer pairs are contacts
+  static constexpr double kLeastGap = 0.02;  // of the thickness
+  static constexpr double kLong =
+      0.01;  // s: in longer substeps layers fall so far that one sweep leaves uneven contacts
+  static constexpr int kLongSweeps = 3;              // over all contacts, a projection
   static constexpr std::int64_t kPairGrain = 8'000;  // a hundred microseconds of work
   static constexpr int kInitialParticles = 256;      // particle capacity of a patch at first
   static constexpr std::size_t kMaxBlocks = 2147483647 / kPairBlock;

@@ -69,9 +69,8 @@ struct Tangle {
   }
 
   Searched<R> searched() const {
-    PairSearch<Serial, R> search(Serial{}, surface, x, kPairThickness,
-                                 {R(0.1 * kPairThickness), R(0.25), R(kPairThickness), R(0.5 * kPairThickness)});
-    SelfContacts<Serial, R> contacts(Serial{}, kCount, search.clusters(), {}, 0, 1);
+    PairSearch<Serial, R> search(Serial{}, surface, x, kPairThickness);
+    SelfContacts<Serial, R> contacts(Serial{}, kCount, search.clusters(), kPairThickness, 0, 1e-3);
     search.search({x0.data(), moved.data()}, {0, 0, 0}, 8, contacts);
     return {std::move(search), std::move(contacts)};
   }
