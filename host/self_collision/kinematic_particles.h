@@ -8,6 +8,7 @@
 #include "host/base/point_array.h"
 #include "kernels/environment/edge_detection.h"
 #include "kernels/parallel/compute.h"
+#include "kernels/self_collision/kinematic_push.h"
 
 namespace malha {
 

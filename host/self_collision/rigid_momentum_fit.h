@@ -6,12 +6,6 @@
 
 namespace malha {
 
-/// v = kept v + velocity + omega x (x - centre), the centre about the origin of the sums.
-struct RigidCorrection {
-  double kept = 1;
-  Vector3<double> centre{0, 0, 0}, velocity{0, 0, 0}, omega{0, 0, 0};  // m, m/s, 1/s
-};
-
 /// Fits the correction that restores the momenta before truncation. If bodies would have more energy than before it,
 /// the motion relative to the rigid one is slowed down; and if the rotation alone had more, since the inertia has
 /// changed, it is slowed down too.

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "host/base/check_numbers.h"
 #include "host/base/hash.h"
 #include "host/environment/contact_memory.h"
 #include "host/environment/edge_memory.h"
@@ -76,10 +77,7 @@ template <class R, class Contacts>
 std::string save_state(const State<R>& state, const Contacts& contacts) {
   std::string bytes;
   const auto of_all = [&](const auto& take) {
-    take(state.rest), take(state.self.x0), take(state.self.from), take(state.self.way);
-    take(state.self.contact_distance), take(state.self.search);
-    take(state.edges.x0), take(state.edges.from), take(state.edges.way), take(state.edges.contact_distance),
-        take(state.edges.valid);
+    take(state.rest), SelfMemory<R>::for_each_list(state.self, take), EdgeMemory<R>::for_each_list(state.edges, take);
   };
   std::size_t most = 3 * sizeof state.steps + (2 * state.x.size() + state.low.size()) * sizeof state.x[0];
   most += contacts.box_count() * sizeof(GroupBox) + contacts.max_entries() * sizeof(CacheEntry) +
@@ -106,25 +104,6 @@ struct StateSizes {
 };
 
 namespace detail {
-
-inline void check_search(const SearchMemory& search, const std::string& file) {
-  for (const auto& [what, place] :
-       {std::pair("frame of a search", search.frame_offset), std::pair("frame of a search", search.frame_displacement),
-        std::pair("origin of parted positions", search.origin)})
-    for (const double number : place)
-      if (!(std::abs(number) <= 1e18)) refuse(file, what, shown(number), "numbers up to 1e18");
-  const auto check = [&](const char* what, std::int32_t count, int least, int most) {
-    if (count < least || count > most)
-      refuse(file, what, std::to_string(count), std::to_string(least) + " to " + std::to_string(most));
-  };
-  constexpr int most = SearchMemory::kMaxAhead;
-  check("search that serves", search.valid, 0, 1), check("bodies that cross", search.crosses, 0, 1);
-  check("substeps ahead of a search", search.horizon, 1, most);
-  check("substeps of a search", search.age, 1, std::numeric_limits<int>::max());
-  if (search.substeps_kinematic_penetration < 0)
-    refuse(file, "substeps with kinematic penetration", std::to_string(search.substeps_kinematic_penetration),
-           "at least 0");
-}
 
 /// Checks contacts. `pairs`: number of pairs of particle and mesh. `triangles`: number of each mesh; empty: not
 /// checked.
@@ -167,32 +146,12 @@ void check_state(const State<R>& state, const std::vector<int>& triangles, std::
   constexpr std::int64_t most = std::int64_t{1} << 53;  // so that a double represents the next one
   if (state.steps < 0 || state.steps > most)
     refuse(file, "steps", std::to_string(state.steps), "0 to " + std::to_string(most));
-  // Self-collision needs squares of positions that are finite in single precision.
-  const bool any_number = state.self.x0.empty() && state.edges.x0.empty();
-  const double largest = any_number ? std::numeric_limits<double>::max() : 1e18;
-  const auto check_numbers = [&](const auto& list, const char* place) {
-    for (std::size_t i = 0; i < list.size(); ++i)
-      for (const R number : list[i])
-        if (!(std::abs(double(number)) <= largest))
-          refuse(file, place, shown(double(number)) + " at particle " + std::to_string(i),
-                 any_number ? "finite numbers" : "numbers up to 1e18");
-  };
-  check_numbers(state.x, "positions"), check_numbers(state.v, "velocities");
-  check_numbers(state.low, "remainders of positions");
-  check_numbers(state.self.x0, "parted positions");
-  check_numbers(state.self.from, "positions of a search"), check_numbers(state.self.way, "ways of a search");
-  for (const auto& a : state.self.from)
-    if (a[3] < 0) refuse(file, "reach of a search", shown(double(a[3])), "at least 0");
-  for (const auto* list : {&state.self.contact_distance, &state.edges.contact_distance})
-    for (const R distance : *list)
-      if (!(distance >= 0 && double(distance) <= largest))
-        refuse(file, "contact distance", shown(double(distance)), "at least 0");
-  for (const SearchMemory& search : state.self.search) check_search(search, file);
-  check_numbers(state.edges.x0, "positions before edges");
-  check_numbers(state.edges.from, "positions of a search of edges");
-  check_numbers(state.edges.way, "ways of a search of edges");
-  for (const std::int64_t serves : state.edges.valid)
-    if (serves < 0 || serves > 1) refuse(file, "search of edges that serves", std::to_string(serves), "0 or 1");
+  // Self-collision and edges need squares of positions that are finite in single precision.
+  const double most_m =
+      state.self.x0.empty() && state.edges.x0.empty() ? std::numeric_limits<double>::max() : kMostSquared;
+  check_numbers(state.x, "positions", file, most_m), check_numbers(state.v, "velocities", file, most_m);
+  check_numbers(state.low, "remainders of positions", file, most_m);
+  check(state.self, file), check(state.edges, file);
   if (!state.rest.empty()) {
     const std::int64_t calm = state.rest[0], since = state.rest[1];
     if (calm < 0 || calm > state.steps || since < -1 || since > state.steps)
@@ -211,8 +170,10 @@ template <class R>
 State<R> load_state(const std::string& bytes, const StateSizes& sizes, const std::vector<int>& triangles = {},
                     const std::string& file = "checkpoint") {
   State<R> state;
-  const std::size_t searches = sizes.searched > 0 ? 1 : 0, carries = kCompensated<R> ? sizes.particles : 0,
-                    parted = sizes.edge_groups > 0 ? sizes.particles : 0;
+  const std::size_t carries = kCompensated<R> ? sizes.particles : 0;
+  if (sizes.searched > 0) state.self = unsearched(std::vector<std::array<R, 3>>(sizes.searched));
+  if (sizes.edge_groups > 0)
+    state.edges = unsearched_edges(sizes.edge_groups, std::vector<std::array<R, 3>>(sizes.particles));
   constexpr std::size_t two = 2 * sizeof(std::int64_t);
   // Offset of the numbers of boxes and of near pairs.
   const std::size_t counts_at = sizeof state.steps + (6 * sizes.particles + 3 * carries) * sizeof(R),
@@ -232,10 +193,10 @@ State<R> load_state(const std::string& bytes, const StateSizes& sizes, const std
     for (std::size_t mesh = 0; mesh < sizes.meshes; ++mesh)
       places += count_entries(state.contact_cache.boxes.data() + mesh * words, sizes.particles);
   }
-  const std::size_t expected =
-      counts_at + two + 11 * sizes.searched * sizeof(R) + box_count * sizeof(GroupBox) + places * sizeof(CacheEntry) +
-      near * sizeof(PairRecord) + sizes.rest * sizeof(std::int64_t) + searches * sizeof(SearchMemory) +
-      3 * parted * sizeof(R) + sizes.edge_groups * (7 * sizes.particles * sizeof(R) + sizeof(std::int64_t));
+  std::size_t expected = counts_at + two + box_count * sizeof(GroupBox) + places * sizeof(CacheEntry) +
+                         near * sizeof(PairRecord) + sizes.rest * sizeof(std::int64_t);
+  const auto add = [&](const auto& list) { expected += list.size() * sizeof list[0]; };
+  SelfMemory<R>::for_each_list(state.self, add), EdgeMemory<R>::for_each_list(state.edges, add);
   if (bytes.size() != expected)
     refuse(file, "state", std::to_string(bytes.size()) + " bytes",
            std::to_string(expected) + " bytes for this scene's particles and precision");
@@ -248,16 +209,8 @@ State<R> load_state(const std::string& bytes, const StateSizes& sizes, const std
   from = detail::take(from, places, state.contact_cache.entries);
   from = detail::take(from, near, state.contact_cache.near);
   from = detail::take(from, sizes.rest, state.rest);
-  from = detail::take(from, sizes.searched, state.self.x0);
-  from = detail::take(from, sizes.searched, state.self.from);
-  from = detail::take(from, sizes.searched, state.self.way);
-  from = detail::take(from, sizes.searched, state.self.contact_distance);
-  from = detail::take(from, searches, state.self.search);
-  from = detail::take(from, parted, state.edges.x0);
-  from = detail::take(from, sizes.edge_groups * sizes.particles, state.edges.from);
-  from = detail::take(from, sizes.edge_groups * sizes.particles, state.edges.way);
-  from = detail::take(from, sizes.edge_groups * sizes.particles, state.edges.contact_distance);
-  detail::take(from, sizes.edge_groups, state.edges.valid);
+  const auto take = [&](auto& list) { from = detail::take(from, list.size(), list); };
+  SelfMemory<R>::for_each_list(state.self, take), EdgeMemory<R>::for_each_list(state.edges, take);
   detail::check_state(state, triangles, static_cast<std::int64_t>(sizes.meshes), file);
   return state;
 }
@@ -307,7 +260,7 @@ State<R> remapped(const State<R>& before, const std::vector<int>& from) {
     if (!before.self.x0.empty()) state.self.x0.push_back(before.self.x0[i]);
     if (!before.edges.x0.empty()) state.edges.x0.push_back(before.edges.x0[i]);
   }
-  if (!before.self.search.empty()) state.self = unsearched(std::move(state.self.x0), before.self.search[0]);
+  if (!before.self.search.empty()) state.self = unsearched(std::move(state.self.x0), before.self);
   state.edges = unsearched_edges<R>(before.edges.valid.size(), state.edges.x0);
   state.contact_cache = remapped(before.contact_cache, before.x.size(), from);
   return state;
@@ -323,8 +276,8 @@ State<R> moved_to(const State<R>& before, std::int64_t steps, const std::vector<
   for (const Vec3& one : v) state.v.push_back(to_R(one));
   if (!before.rest.empty()) state.rest = {0, -1};
   if (!before.self.search.empty()) {
-    state.self = unsearched(state.x, before.self.search[0]);
-    state.self.search[0].origin = {};
+    state.self = unsearched(state.x, before.self);
+    state.self.origin = {{0, 0, 0}};
   }
   if (!before.edges.x0.empty()) state.edges = unsearched_edges<R>(before.edges.valid.size(), state.x);
   const auto keep = [&](const std::vector<R>& from, std::vector<R>& to) {

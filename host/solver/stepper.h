@@ -241,7 +241,8 @@ class TimeStepper : public Solver {
     if (!model.attached.empty()) attachments_.emplace(executor, model);
     if (!model.environment.empty()) facts_.collision_seconds = seconds([&] { collider_.emplace(executor, model); });
     if (names_edges(model.scene)) facts_.collision_seconds += seconds([&] { edges_.emplace(executor, model); });
-    if (model.scene.self_collision) facts_.collision_seconds += seconds([&] { self_.emplace(executor, model); });
+    if (model.scene.self_collision)
+      facts_.collision_seconds += seconds([&] { self_.emplace(executor, model, particles()); });
     if (self_ && collider_) kinematic_.emplace(executor, model.x.size());
     if (self_) max_object_speed_ = fastest_object(model, model.scene.solver.dt / model.scene.solver.substeps);
     if (model.interactive) handles_.emplace(executor, model);

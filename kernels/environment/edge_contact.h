@@ -77,22 +77,16 @@ struct EvaluateCandidate {
 
   KERNEL bool operator()(const Candidate& c, EdgeContact<R>& contact) const {
     contact.first = c.are_edges() ? 2 : 1;
-    for (int j = 0; j < 4; ++j) contact.i[j] = c.particle(j), contact.weight[j] = R(0);
-    contact.n = contact.friction_impulse = {R(0), R(0), R(0)}, contact.lambda = R(0);
-    Vector3<double> x[4];
-    double weight[4];
-    load_positions(bounds.x, contact, x);
-    closest_weights(contact.first, x, weight);
-    const Vector3<double> apart = closest_offset(x, weight);
-    const double exact = sqrt(dot(apart, apart));
-    const R distance = R(exact);
-    if (!(distance > R(0))) return false;  // they touch: the direction is undefined
-    for (int j = 0; j < 4; ++j) contact.weight[j] = R(weight[j]);
-    contact.n = {R(apart.x / exact), R(apart.y / exact), R(apart.z / exact)};
+    for (int j = 0; j < 4; ++j) contact.i[j] = c.particle(j);
+    contact.friction_impulse = {R(0), R(0), R(0)}, contact.lambda = R(0);
+    Vector3<double> x[4], motion[4];
+    for (int j = 0; j < 4; ++j) x[j] = in_double(bounds.x[contact.i[j]]), motion[j] = in_double(bounds.d[contact.i[j]]);
+    ContactFrameDouble<R> frame(x, contact.first);
+    if (!(frame.distance > R(0))) return false;  // they touch: the direction is undefined
 
     // No particle leaves its swept bounds, so that the sides come no nearer than this.
     R nearing = R(0), receding = R(0);
-    const Vector3<R> n = contact.n;
+    const Vector3<R> n = frame.n;
     for (int j = 0; j < 4; ++j) {
       const Vector3<R> d = bounds.d[contact.i[j]];
       if (j < contact.first)
@@ -102,15 +96,15 @@ struct EvaluateCandidate {
     }
     const R margin = bounds.margin *
                      (positive(n.x) + positive(-n.x) + positive(n.y) + positive(-n.y) + positive(n.z) + positive(-n.z));
-    if (distance - nearing - receding > max(rules.thickness, R(2) * margin)) return false;
+    if (frame.distance - nearing - receding > max(rules.thickness, R(2) * margin)) return false;
 
-    contact.gap = gap_along(contact, x);
     R min_distance = rules.thickness;
     for (int j = 0; j < 4; ++j) min_distance = min(min_distance, bounds.x.of[contact.i[j]].w);
-    const R along = slides_past(contact, distance, min_distance)
-                        ? turn(contact, x, distance, R(0.5) * min(distance, min_distance))
-                        : distance;
-    contact.bias = along < min_distance ? rules.recovery * (min_distance - along) : min_distance - along;
+    if (slides_past(contact, frame, min_distance)) frame.turn(motion, min_distance);
+    contact.n = frame.n, contact.gap = frame.gap;
+    for (int j = 0; j < 4; ++j) contact.weight[j] = frame.w[j];
+    const R missing = min_distance - frame.distance;
+    contact.bias = missing > R(0) ? rules.recovery * missing : missing;
     return true;
   }
 
@@ -122,56 +116,20 @@ struct EvaluateCandidate {
   }
 
  private:
-  /// The gap between the planes of normal n that separate the sides.
-  KERNEL static R gap_along(const EdgeContact<R>& contact, const Vector3<double>* x) {
-    ContactSides<double> sides;
-    for (int j = 0; j < 4; ++j) sides.add(j, contact.first, dot(in_double(contact.n), x[j] - x[0]));
-    return R(sides.low - sides.high);
-  }
-
   /// Returns true if the plane would stop a particle that slides past a boundary or a corner, where n is oblique: over
   /// a slide t the distance grows by t^2 / (2 distance) beyond that along n.
-  KERNEL bool slides_past(const EdgeContact<R>& contact, R distance, R min_distance) const {
-    const R* const weight = contact.weight;
+  KERNEL bool slides_past(const EdgeContact<R>& contact, const ContactFrameDouble<R>& frame, R min_distance) const {
+    const R* const weight = frame.w;
     if (weight[0] != R(0) && weight[1] != R(0) && weight[2] != R(0) && weight[3] != R(0)) return false;
     Vector3<R> motion{R(0), R(0), R(0)};
     for (int j = 0; j < 4; ++j) motion = motion + bounds.d[contact.i[j]] * weight[j];
-    const R along = dot(contact.n, motion), violation = min_distance - distance - along;
-    const Vector3<R> slide = motion - contact.n * along;
+    const R distance = frame.distance, along = dot(frame.n, motion), violation = min_distance - distance - along;
+    const Vector3<R> slide = motion - frame.n * along;
     // The growth is at least a tenth of the violation, and the slide so long that jitter at rest does not count.
     return violation > R(0) && dot(slide, slide) > R(0.1) * distance * max(violation, R(0.1) * distance);
   }
 
-  /// Turns n to the normal at the end of the motion, or halfway there, if along it the sides are `enough` apart at the
-  /// start and at the end. Returns their distance along n at the start.
-  KERNEL R turn(EdgeContact<R>& contact, const Vector3<double>* x, R distance, R enough) const {
-    Vector3<double> end[4];
-    double weight[4];
-    for (int j = 0; j < 4; ++j) end[j] = x[j] + in_double(bounds.d[contact.i[j]]);
-    closest_weights(contact.first, end, weight);
-    const Vector3<double> end_normal = unit(closest_offset(end, weight));
-    EdgeContact<R> turned = contact;
-    turn_to(turned, end_normal, x);
-    if (turned.gap > enough) {
-      for (int j = 0; j < 4; ++j) turned.weight[j] = R(weight[j]);
-    } else {
-      turn_to(turned, unit(end_normal + in_double(contact.n)), x);
-      if (!(min(turned.gap, gap_along(turned, end)) > enough)) return distance;
-      for (int j = 0; j < 4; ++j) weight[j] = double(contact.weight[j]);
-    }
-    contact = turned;
-    return R(dot(in_double(contact.n), closest_offset(x, weight)));
-  }
-  KERNEL static void turn_to(EdgeContact<R>& contact, const Vector3<double>& n, const Vector3<double>* x) {
-    contact.n = {R(n.x), R(n.y), R(n.z)};
-    contact.gap = gap_along(contact, x);
-  }
-
-  KERNEL static Vector3<double> unit(const Vector3<double>& a) { return a * (1 / sqrt(dot(a, a))); }
   KERNEL static R positive(R a) { return max(a, R(0)); }
-  KERNEL static void load_positions(const ScatteredPoints<R>& of, const EdgeContact<R>& c, Vector3<double>* x) {
-    for (int j = 0; j < 4; ++j) x[j] = in_double(of[c.i[j]]);
-  }
 };
 
 /// Stores 1 for candidates whose swept boxes overlap.

@@ -253,11 +253,8 @@ struct GrowEdgeDistances {
  private:
   KERNEL R distance_of(const EdgeContact<R>& c) const {
     Vector3<double> at[4];
-    double weight[4];
     for (int j = 0; j < 4; ++j) at[j] = in_double(x[c.i[j]]);
-    closest_weights(c.first, at, weight);
-    const Vector3<double> apart = closest_offset(at, weight);
-    return R(sqrt(dot(apart, apart)));
+    return ContactFrameDouble<R>(at, c.first).distance;
   }
 };
 

@@ -6,35 +6,6 @@
 
 namespace malha {
 
-/// Moves movable particles back to where the substep began.
-template <class R>
-struct ResetMovableParticles {
-  Particles<R> particles;
-  KERNEL void operator()(int i) const {
-    if (particles.w[i] > R(0)) particles.p.clear_displacement(i);
-  }
-};
-
-/// Adjusts particles that a mesh moved from x0 to x before the substep (the lift) and whose displacement was truncated
-/// afterwards: the part of the lift that was undone must not count as motion.
-template <class R>
-struct RemoveUndoneLift {
-  Particles<R> particles;
-  ScatteredPoints<R> x0;
-  Vector3<R> origin;  // m, of x0
-  KERNEL void operator()(int i) const {
-    const Displaced<R>& p = particles.p;
-    const Vector3<R> from = x0[i], lift = p.start_relative_to(i, from, origin);
-    const R squared = dot(lift, lift);
-    if (!(particles.w[i] > R(0)) || !(squared > R(0)) || !(squared < R(INFINITY))) return;
-    const Vector3<R> displacement = p.displacement_from(i, from, origin);
-    const R kept = min(max(dot(lift, displacement) / squared, R(0)), R(1));
-    if (!(kept < R(1))) return;
-    p.set_start(i, in_double(origin) + in_double(from) + in_double(lift * kept));
-    p.set_displacement_from(i, from, origin, displacement);
-  }
-};
-
 /// Copies points between layouts.
 template <class R, class From = Points<R>, class To = ScatteredPoints<R>>
 struct CopyPoints {

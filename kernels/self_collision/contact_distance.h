@@ -59,7 +59,7 @@ struct FindNearestPairs {
  private:
   KERNEL void find(const ContactBlock<R>& block, int k, int first) const {
     if (!(block.min_distance[k] > -R(INFINITY))) return;
-    const R distance = ContactFrameDouble<R>(motions.x0, block, k, first).distance;
+    const R distance = ContactFrameDouble<R>(PairRows<R>(motions.x0, block, k).of, first).distance;
     if (!(distance > R(0) && distance < block.min_distance[k])) return;
     for (int j = 0; j < 4; ++j) {
       R& own = nearest[block.i[j][k] / kIndexScale<R>];

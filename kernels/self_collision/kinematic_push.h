@@ -16,6 +16,15 @@ struct CountFixed {
   KERNEL Sum operator()(int i) const { return {takes_part[i] && !(w[i] > R(0)) ? 1.0 : 0.0}; }
 };
 
+/// Moves movable particles back to where the substep began.
+template <class R>
+struct ResetMovableParticles {
+  Particles<R> particles;
+  KERNEL void operator()(int i) const {
+    if (particles.w[i] > R(0)) particles.p.clear_displacement(i);
+  }
+};
+
 /// Marks the fixed particles that move: these push. Returns how many there are.
 template <class R>
 struct MarkPushing {

@@ -24,61 +24,13 @@ struct ContactParams {
   R least;     // m: lower bound of the gap that truncation leaves
 };
 
-/// Contact frame of one pair, computed in double.
+/// Rows of the particles of pair k of a block, in double.
 template <class R>
-struct ContactFrameDouble {
-  Vector3<R> n{R(0), R(0), R(0)};
-  R w[4] = {}, distance = R(0), gap = R(INFINITY);  // the defaults hold where the sides touch
-
-  /// The k-th of a block; `first`: particles of the one side.
-  KERNEL ContactFrameDouble(const Vec4<R>* x0, const ContactBlock<R>& block, int k, int first_of) : first(first_of) {
-    for (int j = 0; j < 4; ++j) x[j] = in_double(x0[block.i[j][k] / kIndexScale<R>].xyz());
-    double weight[4];
-    closest_weights(first, x, weight);
-    const Vector3<double> apart = closest_offset(x, weight);
-    const double exact = sqrt(dot(apart, apart));
-    if (!(exact > 0)) return;
-    set_frame(apart, weight);
-    distance = R(exact), gap = R(gap_of(x));
+struct PairRows {
+  Vector3<double> of[4];
+  KERNEL PairRows(const Vec4<R>* rows, const ContactBlock<R>& block, int k) {
+    for (int j = 0; j < 4; ++j) of[j] = in_double(rows[block.i[j][k] / kIndexScale<R>].xyz());
   }
-
-  /// Turns n to the normal at the end of the motion, or halfway there, if along it the sides are apart at the start and
-  /// at the end by half of their distance or of the minimum distance. The distance is then that along n.
-  KERNEL void turn(const Vec4<R>* moved, const ContactBlock<R>& block, int k) {
-    const double enough = 0.5 * min(double(distance), double(block.min_distance[k]));
-    const ContactFrameDouble before = *this;
-    Vector3<double> end[4];
-    double weight[4];
-    for (int j = 0; j < 4; ++j) end[j] = x[j] + in_double(moved[block.i[j][k] / kIndexScale<R>].xyz());
-    closest_weights(first, end, weight);
-    const Vector3<double> end_normal = unit(closest_offset(end, weight));
-    set_frame(end_normal, weight);
-    if (!(gap_of(x) > enough)) {
-      for (int j = 0; j < 4; ++j) weight[j] = double(before.w[j]);
-      set_frame(unit(end_normal + in_double(before.n)), weight);
-      if (!(min(gap_of(x), gap_of(end)) > enough)) {
-        *this = before;
-        return;
-      }
-    }
-    gap = R(gap_of(x)), distance = R(dot(in_double(n), closest_offset(x, weight)));
-  }
-
- private:
-  KERNEL void set_frame(const Vector3<double>& along, const double* weight) {
-    n = rounded<R>(unit(along));
-    for (int j = 0; j < 4; ++j) w[j] = R(weight[j]);
-  }
-  /// The gap between the planes of normal n (as stored) that separate the sides.
-  KERNEL double gap_of(const Vector3<double>* at) const {
-    ContactSides<double> sides;
-    for (int j = 0; j < 4; ++j) sides.add(j, first, dot(in_double(n), at[j] - at[0]));
-    return sides.low - sides.high;
-  }
-  KERNEL static Vector3<double> unit(const Vector3<double>& a) { return a * (1 / sqrt(dot(a, a))); }
-
-  int first;
-  Vector3<double> x[4];
 };
 
 template <class R>
@@ -181,8 +133,8 @@ struct NarrowPhase {
 
   template <PairKind kind, class S>
   KERNEL void recompute_in_double(const ContactBlock<R>& block, int k, int l, PairGeometry<S>& pair, bool turns) const {
-    ContactFrameDouble<R> exact(motions.x0, block, k + l, first_side(kind));
-    if (turns) exact.turn(motions.moved, block, k + l);
+    ContactFrameDouble<R> exact(PairRows<R>(motions.x0, block, k + l).of, first_side(kind));
+    if (turns) exact.turn(PairRows<R>(motions.moved, block, k + l).of, block.min_distance[k + l]);
     set_lane(pair.n.x, l, exact.n.x), set_lane(pair.n.y, l, exact.n.y), set_lane(pair.n.z, l, exact.n.z);
     set_lane(pair.distance, l, exact.distance), set_lane(pair.gap, l, exact.gap);
     for (int j = 0; j < 4; ++j) set_lane(pair.w[j], l, exact.w[j]);

@@ -4,7 +4,7 @@
 #pragma once
 #include "kernels/forces/angular_velocity.h"
 #include "kernels/measure/motion_energy.h"
-#include "kernels/self_collision/mean_motion.h"
+#include "kernels/self_collision/swept_bounds.h"
 #include "kernels/self_collision/truncate.h"
 
 namespace malha {
@@ -57,18 +57,37 @@ struct SaveMotion {
 template <class R>
 struct ComputeTruncationChange {
   Displaced<R> p;
-  ScatteredPoints<R> x0;
-  Vector3<R> origin;  // m, of x0
+  Trajectories<R> motions;
   Vec4<R>* saved;
-  KERNEL void operator()(int i) const { saved[i].set(p.displacement_from(i, x0[i], origin) - saved[i].xyz()); }
+  KERNEL void operator()(int i) const {
+    saved[i].set(p.displacement_from(i, motions.x0[i].xyz(), motions.origin) - saved[i].xyz());
+  }
+};
+
+/// Adjusts particles that a mesh moved from x0 to x before the substep (the lift) and whose displacement was truncated
+/// afterwards: the part of the lift that was undone must not count as motion.
+template <class R>
+struct RemoveUndoneLift {
+  Particles<R> particles;
+  Trajectories<R> motions;
+  KERNEL void operator()(int i) const {
+    const Displaced<R>& p = particles.p;
+    const Vector3<R> from = motions.x0[i].xyz(), lift = p.start_relative_to(i, from, motions.origin);
+    const R squared = dot(lift, lift);
+    if (!(particles.w[i] > R(0)) || !(squared > R(0)) || !(squared < R(INFINITY))) return;
+    const Vector3<R> displacement = p.displacement_from(i, from, motions.origin);
+    const R kept = min(max(dot(lift, displacement) / squared, R(0)), R(1));
+    if (!(kept < R(1))) return;
+    p.set_start(i, in_double(motions.origin) + in_double(from) + in_double(lift * kept));
+    p.set_displacement_from(i, from, motions.origin, displacement);
+  }
 };
 
 /// Sums of each run of particles, from their state at the end of the substep.
 template <class R>
 struct SumTruncation {
   Particles<R> particles;
-  ScatteredPoints<R> x0;
-  Vector3<R> origin;     // m, of x0
+  Trajectories<R> motions;
   const Vec4<R>* saved;  // see ComputeTruncationChange
   double per_dt;         // 1 / h of the substep, 1/s
   const ParticleRun* runs;
@@ -83,8 +102,9 @@ struct SumTruncation {
   KERNEL void add(int i, TruncationSums& sum) const {
     const R w = particles.w[i];
     const Vector3<R> change = saved[i].xyz();
-    const Vector3<double> v = in_double(particles.v[i]), first = in_double(x0[0]), start = in_double(x0[i]),
-                          x = particles.p.exact_start(i) - in_double(origin);
+    const Vector3<double> v = in_double(particles.v[i]), first = in_double(motions.x0[0].xyz()),
+                          start = in_double(motions.x0[i].xyz()),
+                          x = particles.p.exact_start(i) - in_double(motions.origin);
     if (!(w > R(0))) sum.pins = max(sum.pins, norm(x - start));
     if (!(w > R(0)) || !(dot(v, v) < double(INFINITY))) return;
     sum.changed |= same(change, {R(0), R(0), R(0)}) ? 0 : 1;
@@ -96,20 +116,24 @@ struct SumTruncation {
   }
 };
 
-/// Sets v = kept v + velocity + omega x (x - centre) in the runs that are `chosen`; the centre is relative to the point
-/// of the sums.
+/// v = kept v + velocity + omega x (x - centre), the centre relative to the point of the sums.
+struct RigidCorrection {
+  double kept = 1;
+  Vector3<double> centre{0, 0, 0}, velocity{0, 0, 0}, omega{0, 0, 0};  // m, m/s, 1/s
+};
+
+/// Applies the correction to the particles in `chosen` runs.
 template <class R>
 struct AddRigidCorrection {
   Particles<R> particles;
-  ScatteredPoints<R> x0;
-  Vector3<R> origin;  // m, of x0
+  Trajectories<R> motions;
   const ParticleRun* runs;
   const int* chosen;
-  double kept;
-  Vector3<double> centre, velocity, omega;
+  RigidCorrection correction;
   KERNEL void operator()(int r) const {
     if (!chosen[r]) return;
-    const Vector3<double> from = in_double(origin) + in_double(x0[0]) + centre;
+    const auto& [kept, centre, velocity, omega] = correction;
+    const Vector3<double> from = in_double(motions.origin) + in_double(motions.x0[0].xyz()) + centre;
     for (int i = runs[r].first; i < runs[r].first + runs[r].count; ++i) {
       if (!(particles.w[i] > R(0))) continue;
       const Vector3<double> arm = particles.p.exact_start(i) - from;

@@ -1,12 +1,41 @@
 // SPDX-License-Identifier: Apache-2.0
-// Swept bounds of particles: boxes around their motion relative to the common one, and checks that particles stay in
-// the boxes of the last broad phase.
+// Swept bounds of particles: boxes around their motion relative to the common (mean) one, and checks that particles
+// stay in the boxes of the last broad phase.
 #pragma once
 #include "kernels/geometry/simplex.h"
+#include "kernels/parallel/reductions.h"
 #include "kernels/self_collision/contact_block.h"
 #include "kernels/self_collision/swept_distance.h"
+#include "kernels/simd/particles.h"
 
 namespace malha {
+
+/// Weighted mean of motions.
+struct MeanMotion {
+  double sum[3] = {}, weight = 0;
+  KERNEL MeanMotion& operator+=(const MeanMotion& o) {
+    for (int k = 0; k < 3; ++k) sum[k] += o.sum[k];
+    weight += o.weight;
+    return *this;
+  }
+  /// The mean; 0 without any motion.
+  KERNEL Vector3<double> value() const {
+    const double per = weight > 0 ? 1 / weight : 0;
+    return {sum[0] * per, sum[1] * per, sum[2] * per};
+  }
+};
+
+/// Sums the finite motions of particles that take part.
+template <class R>
+struct SumMotion {
+  ScatteredPoints<R> moved;
+  const unsigned char* takes_part;
+  KERNEL MeanMotion operator()(int i) const {
+    const Vector3<R> d = moved[i];
+    if (!takes_part[i] || !((d.x + d.y + d.z) * R(0) == R(0))) return {};
+    return {{double(d.x), double(d.y), double(d.z)}, 1.0};
+  }
+};
 
 /// moved = p - x0, and the inverse mass.
 template <class R>
@@ -75,17 +104,16 @@ struct CheckSweptBounds {
   Trajectories<R> motions;
   SweptBounds<R> bounds;
   CommonFrame<R> frame;
-  const Vector3<R>* moves;  // of the frame, stored by a launch; null: frame.moves
-  R share;                  // of the margin
+  R share;  // of the margin
   const unsigned char* takes_part;
   Vector3<R> rest_motion{R(0), R(0), R(0)};  // motion of truncated particles, m
   KERNEL BoundsViolations operator()(int i) const {
-    const Vector3<R> common = moves != nullptr ? *moves : frame.moves, own = motions.moved[i].xyz() - common;
+    const Vector3<R> own = motions.moved[i].xyz() - frame.moves;
     if (!takes_part[i] || !((own.x + own.y + own.z) * R(0) == R(0))) return {};
     const Vector3<R> start = motions.x0[i].xyz() - bounds.from[i].xyz() - frame.since;
     const BoxAround<R> box(bounds, i, share), full(bounds, i, within_rounding<R>());
     return {box.contains(start) && box.contains(start + own) ? 0.0 : 1.0,
-            full.contains(start - (common - rest_motion)) ? 0.0 : 1.0};
+            full.contains(start - (frame.moves - rest_motion)) ? 0.0 : 1.0};
   }
 };
 
@@ -154,43 +182,6 @@ struct ComputeSweptAabbs {
     boxes[i] = {{min(a.x, b.x) - m, min(a.y, b.y) - m, min(a.z, b.z) - m, R(0)},
                 {max(a.x, b.x) + m, max(a.y, b.y) + m, max(a.z, b.z) + m, R(0)}};
   }
-};
-
-/// Greedy colouring: patches that share a particle get different colours, so that they are never processed at once. One
-/// item; it runs on the host because one thread of a device would take longer than the transfers.
-struct ColorPatches {
-  using RunsOnHost = void;
-  const PairPatch* patches;
-  const int* patch_particles;
-  int count;
-  unsigned long long* used_colours;  // of each particle: colours that are used; 0 before and after
-  int* colour;                       // of each patch; without pairs: below 0
-  KERNEL void operator()(int) const {
-    for (int u = 0; u < count; ++u) colour[u] = patches[u].pairs > 0 ? kNone : -1;
-    bool left = true;
-    for (int base = 0; left; base += 64) {
-      left = false;
-      for (int u = 0; u < count; ++u) {
-        if (colour[u] != kNone) continue;
-        const int* const of = patch_particles + patches[u].particles_begin;
-        unsigned long long used = 0;
-        for (int k = 0; k < patches[u].particle_count; ++k) used |= used_colours[of[k]];
-        if (~used == 0) {
-          left = true;
-          continue;
-        }
-        const int bit = lowest_bit(~used);
-        for (int k = 0; k < patches[u].particle_count; ++k) used_colours[of[k]] |= 1ull << bit;
-        colour[u] = base + bit;
-      }
-      for (int u = 0; u < count; ++u)
-        for (int k = 0; colour[u] >= 0 && k < patches[u].particle_count; ++k)
-          used_colours[patch_particles[patches[u].particles_begin + k]] = 0;
-    }
-  }
-
- private:
-  static constexpr int kNone = 1 << 30;
 };
 
 }  // namespace malha

@@ -142,7 +142,7 @@ struct FindViolations {
     for (int l = 0; l < kPairBlock; ++l)
       if (!(bits.near >> l & 1)) clear(block, l);
     bits.near |= static_cast<unsigned short>(1u << k);
-    const ContactFrameDouble<R> exact(motions.x0, block, k, first_side_of(section));
+    const ContactFrameDouble<R> exact(PairRows<R>(motions.x0, block, k).of, first_side_of(section));
     block.n[0][k] = exact.n.x, block.n[1][k] = exact.n.y, block.n[2][k] = exact.n.z;
     for (int j = 0; j < 3; ++j) block.w[j][k] = exact.w[1 + j];
     const R violation = least_distance(motions, block, k) - exact.distance;

@@ -31,7 +31,6 @@
 #include "kernels/self_collision/broad_phase_cooperative.h"
 #include "kernels/self_collision/kinematic_push.h"
 #include "kernels/self_collision/rigid_sums.h"
-#include "kernels/self_collision/self_checks.h"
 #include "kernels/self_collision/solve_contacts.h"
 #include "kernels/self_collision/swept_bounds.h"
 
@@ -105,10 +104,11 @@ void instantiate_all() {
   instantiate<EstimateMassShares<R>, SplitMasses<R>, SolveContactsJacobi<R, ObjectFriction<R>>,
               ApplyImpulses<R, TurnToWorld>, CountPushing<R>>();
   instantiate<FindEdgeViolations<R>, TruncateParticles<R, SetFromLocal<R>>, SumTruncation<R>, SumTruncatedMotion<R>,
-              AddRigidCorrection<R>, SaveMotion<R>, ComputeTruncationChange<R>, LimitSpeed<R>, CopyPoints<R>,
-              CopyPoints<R, Displaced<R>>, CopyPoints<R, FromOrigin<R>>, CountFixed<R>, MarkPushing<R>>();
-  instantiate<ComputeDisplacements<R>, ApplyDisplacements<R>, CheckSweptBounds<R>, StoreCommonMotion<R>,
-              ClampToSweptBounds<R>, InitSweptBounds<R>, ComputeSweptAabbs<R>>();
+              AddRigidCorrection<R>, SaveMotion<R>, ComputeTruncationChange<R>, RemoveUndoneLift<R>, LimitSpeed<R>,
+              CopyPoints<R>, CopyPoints<R, Displaced<R>>, CopyPoints<R, FromOrigin<R>>, CountFixed<R>,
+              MarkPushing<R>>();
+  instantiate<ComputeDisplacements<R>, ApplyDisplacements<R>, CheckSweptBounds<R>, ClampToSweptBounds<R>,
+              InitSweptBounds<R>, ComputeSweptAabbs<R>>();
   instantiate<RefitLeaves<R>, RefitLevel<R>, CountPushes<R>, SumViolations<R>, TruncateDisplacements<R>>();
   instantiate_groups<FindCandidatesCooperatively<R>, NarrowPhase<R>, SolveContacts<R, false>, SolveContacts<R, true>,
                      FindViolations<R>, MarkViolating<R>, ComputeTruncation<R>, PushByKinematic<R>,

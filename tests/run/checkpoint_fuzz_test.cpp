@@ -116,7 +116,7 @@ TEST(ForgedCheckpoint, OfATriangleThatTheMeshLacksIsRefused) {
   MadeUp made(crowded(), 5);
   const PlacesOfState of(made);
   const std::size_t n = of.n, seen = of.near, pairs = of.pairs;
-  const std::size_t self = 11 * n * sizeof(float) + sizeof(SearchMemory), edges = 10 * n * sizeof(float) + 8;
+  const std::size_t self = 11 * n * sizeof(float) + 24 + sizeof(SearchMemory) + 8, edges = 10 * n * sizeof(float) + 8;
   ASSERT_EQ(made.state.size(), of.rest + 16 + self + edges);
   ASSERT_GT(pairs, 0u);
   for (std::size_t k = 0; k < pairs; ++k)

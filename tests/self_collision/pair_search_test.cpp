@@ -6,6 +6,7 @@
 
 #include <array>
 #include <set>
+#include <utility>
 
 #include "kernels/geometry/closest_point.h"
 #include "kernels/simd/rows.h"
@@ -15,6 +16,13 @@ namespace malha {
 namespace {
 
 constexpr double kPairThickness = 0.02;
+
+/// A search, and the pairs that it has found.
+template <class R>
+struct Searched {
+  PairSearch<Serial, R> search;
+  SelfContacts<Serial, R> contacts;
+};
 
 /// Triangles, some edges and loose particles among random points with random displacements: each particle and edge is
 /// owned by the first primitive that has it. There are two bodies, and long thin triangles too.
@@ -60,11 +68,11 @@ struct Tangle {
     takes_part = Array<Serial, unsigned char>(surface.takes_part);
   }
 
-  PairSearch<Serial, R> search() const {
-    PairSearch<Serial, R> search(Serial{}, surface, x, kPairThickness,
-                                 {R(0.1 * kPairThickness), R(0.25), R(kPairThickness), R(0.5 * kPairThickness)});
-    search.search({x0.data(), moved.data()}, {R(0), R(0), R(0)}, 8);
-    return search;
+  Searched<R> searched() const {
+    PairSearch<Serial, R> search(Serial{}, surface, x, kPairThickness);
+    SelfContacts<Serial, R> contacts(Serial{}, kCount, search.clusters(), kPairThickness, 0, 1e-3);
+    search.search({x0.data(), moved.data()}, {0, 0, 0}, 8, contacts);
+    return {std::move(search), std::move(contacts)};
   }
 };
 
@@ -81,10 +89,10 @@ std::array<int, 5> named(bool edges, const std::array<int, 4>& i) {
 }
 
 template <class R>
-std::set<std::array<int, 5>> found_by(const PairSearch<Serial, R>& search, int clusters) {
+std::set<std::array<int, 5>> found_by(const Searched<R>& searched) {
   std::set<std::array<int, 5>> found;
-  const Pairs<R> pairs = search.pairs();
-  for (int u = 0; u < clusters; ++u)
+  const Pairs<R> pairs = searched.contacts.pairs();
+  for (int u = 0; u < searched.search.clusters(); ++u)
     pairs.patches[u].for_each_block([&](int b, int section) {
       const ContactBlock<R>& block = pairs.blocks[b];
       std::multiset<int> particles;
@@ -109,11 +117,12 @@ TYPED_TEST(PairSearchOf, ATangleFindsAllThatCanComeNear) {
   using R = TypeParam;
   for (const unsigned seed : {1u, 2u}) {
     const Tangle<R> tangle(seed);
-    const PairSearch<Serial, R> search = tangle.search();
-    const std::set<std::array<int, 5>> found = found_by(search, search.clusters());
+    const Searched<R> searched = tangle.searched();
+    const std::set<std::array<int, 5>> found = found_by(searched);
     ASSERT_GT(found.size(), 300u);
-    EXPECT_EQ(static_cast<std::int64_t>(found.size()), search.found());
-    const std::vector<Vec4<R>> from = search.from().download(), way = search.way().download();
+    EXPECT_EQ(static_cast<std::int64_t>(found.size()), searched.contacts.found());
+    SelfMemory<R> memory;
+    searched.search.save(memory);
     Random random(seed + 10);
     int near = 0;
     const auto check = [&]<PairKind kind>(const std::array<int, 4>& i) {
@@ -126,8 +135,10 @@ TYPED_TEST(PairSearchOf, ATangleFindsAllThatCanComeNear) {
       for (int trial = 0; trial < 4; ++trial) {
         for (int j = 0; j < 4; ++j) {
           const double part = trial == 0 ? 0 : trial == 1 ? 1 : random(0, 1);
-          const Vector3<double> beyond = random.in_cube(from[i[j]].w);
-          at[j] = to_double(from[i[j]].xyz()) + to_double(way[i[j]].xyz()) * part + beyond;
+          const auto& from = memory.from[i[j]];
+          const auto& way = memory.way[i[j]];
+          const Vector3<double> beyond = random.in_cube(from[3]);
+          at[j] = Vector3<double>{from[0], from[1], from[2]} + Vector3<double>{way[0], way[1], way[2]} * part + beyond;
         }
         weigh<kind>(at, w);
         if (norm(closest_offset(at, w)) >= wanted) continue;
@@ -161,22 +172,25 @@ TYPED_TEST(PairSearchOf, ATangleFindsAllThatCanComeNear) {
 TYPED_TEST(PairSearchOf, ATangleFindsTheSameOnAnyNumberOfThreadsAndAgain) {
   using R = TypeParam;
   const Tangle<R> tangle(3);
-  PairSearch<Serial, R> search = tangle.search();
-  const auto first = found_by(search, search.clusters());
-  search.search_again();
-  EXPECT_EQ(found_by(search, search.clusters()), first);
+  Searched<R> searched = tangle.searched();
+  const auto first = found_by(searched);
+  SelfMemory<R> memory;
+  searched.search.save(memory);
+  searched.search.restore(memory, searched.contacts);
+  EXPECT_EQ(found_by(searched), first);
 }
 
 // No particle is in two patches of a colour.
 TYPED_TEST(PairSearchOf, ATangleHasColoursOfPatchesThatShareNothing) {
   using R = TypeParam;
   const Tangle<R> tangle(4);
-  const PairSearch<Serial, R> search = tangle.search();
-  EXPECT_GT(search.colours(), 1);
-  const Pairs<R> pairs = search.pairs();
-  for (int colour = 0; colour < search.colours(); ++colour) {
+  const Searched<R> searched = tangle.searched();
+  const SelfContacts<Serial, R>& contacts = searched.contacts;
+  EXPECT_GT(contacts.colours(), 1);
+  const Pairs<R> pairs = contacts.pairs();
+  for (int colour = 0; colour < contacts.colours(); ++colour) {
     std::vector<int> patches;
-    search.in_colour(Serial{}, colour, [&](const auto& group) { patches.push_back(group.index); });
+    contacts.in_colour(Serial{}, colour, [&](const auto& group) { patches.push_back(group.index); });
     std::set<int> seen;
     for (const int u : patches)
       for (int k = 0; k < pairs.patches[u].particle_count; ++k)
