@@ -4,6 +4,7 @@
 #pragma once
 #include "host/environment/contact_query.h"
 #include "kernels/environment/broad_phase.h"
+#include "kernels/environment/point_triangle_batch.h"
 
 namespace malha {
 
@@ -78,92 +79,60 @@ struct QueryOctree : ContactQuery<R> {
 
   KERNEL void operator()(int i) const {
     const int g = i / kGroupSize;
-    const unsigned long long bit = 1ull << i % kGroupSize;
+    const unsigned long long bit = bit_of(i);
     const bool pending = bits.pending[g] & bit;
     if (bits.left_to_host && bits.left_to_host[g] & bit) return pending ? void() : set_bit(bits.pending + g, bit);
-    const bool comes_lifted = bits.lifted[g] & bit;
-    if (!pending && !comes_lifted) return;
-    const bool is_answered = !(this->particles.w[i] > R(0)) || answer(i, bits.single_mesh[g] & bit && !comes_lifted);
+    if (!pending && !(bits.lifted[g] & bit)) return;
+    const bool is_answered = !(this->particles.w[i] > R(0)) || answer_by_octree(i);
     if (is_answered && pending) clear_bit(bits.pending + g, bit);
     if (!is_answered && !pending) set_bit(bits.pending + g, bit);
   }
 
+  // The tools of a query without Embree (ContactQuery::answer).
+  KERNEL bool find_lower_bound(const Query& query, double& bound) const {
+    bound = this->surface.known_lower_bound(query.a);
+    return bound >= 0;
+  }
+  KERNEL bool search_mesh(const Query&, ClosestPoint&) const { return false; }
+  KERNEL bool find_side(const Query& query, const ClosestPoint& near, Point& outward) const {
+    outward = this->towards(near, query.a);
+    return !this->may_have_changed_side(query);
+  }
+  /// Depenetration must be unobstructed, and end before other meshes are near.
+  KERNEL bool can_finish(const Query& query, const ClosestPointRecord& last) const {
+    const double lift = this->required_distance(last) - last.distance;
+    if (lift > 0 && (!is_near_this_mesh_alone(query.i) || lift > max_lift || !this->is_unobstructed(last)))
+      return false;
+    return !this->needs_sweep(query, last.distance);
+  }
+  KERNEL bool depenetrate(const Query& query, const Point&, const Point& n, ClosestPointRecord& last) const {
+    set_bit(bits.lifted + query.i / kGroupSize, bit_of(query.i));
+    this->shift(query, this->outward_shift(n, last), n, last);
+    return true;
+  }
+  KERNEL void sweep(int, const Point&) const {}
+
  private:
-  /// Answers a query, or returns false: it is left to the host. `alone`: no other mesh is near.
-  KERNEL bool answer(int i, bool alone) const {
-    const SurfaceView& surface = this->surface;
+  KERNEL static unsigned long long bit_of(int i) { return 1ull << i % kGroupSize; }
+  KERNEL bool is_near_this_mesh_alone(int i) const {
+    return bits.single_mesh[i / kGroupSize] & ~bits.lifted[i / kGroupSize] & bit_of(i);
+  }
+
+  /// Answers a query, or returns false: it is left to the host.
+  KERNEL bool answer_by_octree(int i) const {
     Query query;
     if (!this->begin_query(i, query)) return true;
+    LeafQuery<OneLane> list(this->surface.cells);
     const ClosestFeature* const cached = this->cached_feature(query);
-    ClosestPoint near;
-    double distance;  // as the search compared it
-    if (cached) {
-      near = surface.closest_point_on(*cached, query.a), distance = near.distance;
-    } else {
-      query.cell = surface.cell_of(query.a);
-      if (query.cell == 0) return false;
-      query.near = surface.template nearest<OneLane>(query.a, query.cell);
-      if (query.near.triangle < 0) return false;
-      near = surface.closest_point_on(surface.feature(query.near), query.a), distance = query.near.distance;
+    if (!cached) {
+      query.leaf = this->surface.leaf_of(query.a);
+      list.add(this->surface.relative_to_centre(query.a), query.leaf);
+      list.measure();
+      query.near = list.nearest(0);
     }
-    if (!(distance <= query.contact_range) && !(query.depth > 0)) {
-      const double least = surface.known_lower_bound(query.a);
-      if (least < 0) return false;        // the host computes one
-      if (least > query.contact_range) {  // a coarse bound rules out contact
-        this->record_lower_bound(query, least);
-        return true;
-      }
-    }
-    if (!(distance < query.radius))
-      this->record_lower_bound(query, query.radius);
-    else if (!finish_here(query, near, alone))
-      return false;
-    if (!cached)
-      this->cache_feature(query,
-                          [&](double wall, double error) KERNEL_LAMBDA { return validity_radius(query, wall, error); });
-    return true;
-  }
-
-  KERNEL bool finish_here(const Query& query, const ClosestPoint& near, bool alone) const {
-    if (needs_side_test(query)) return false;
-    const Point outward = this->towards(near, query.a);
-    if (needs_host(query, near, this->signed_distance(near, query.a, outward), alone)) return false;
-    const auto lift = [this](const Query& of, const Point&, const Point& n, ClosestPointRecord& last) KERNEL_LAMBDA {
-      set_bit(bits.lifted + of.i / kGroupSize, 1ull << of.i % kGroupSize);
-      this->shift(of, this->outward_shift(n, last), n, last);
-      return true;
-    };
-    this->finish(query, near, outward, lift, [](int, const Point&) KERNEL_LAMBDA {});
-    return true;
-  }
-
-  /// Computes PointTriangleBatch::validity_radius: one triangle of the list after the other.
-  KERNEL double validity_radius(const Query& query, double wall, double error) const {
-    const OctreeView& mesh = this->surface.cells;
-    const OctreeNode& cell = mesh.cells[query.cell];
-    const Point p = this->surface.relative_to_centre(query.a);
-    const FeatureValidityRadius validity(mesh, p, query.near, error);
-    double radius = wall - error;
-    for (int k = cell.first; k < cell.first + cell.count && radius > 0; ++k) {
-      const Point q = closest_points_on(mesh, p, mesh.lists + k, 1).q, d = p - q;
-      const double margin = validity.radius_for(mesh.lists[k], q, dot(d, d), radius);
-      if (!(margin >= radius)) radius = margin > 0 ? margin : -1;
-    }
-    return radius;
-  }
-
-  /// Returns true if the particle may have been dragged through a two-sided sheet.
-  KERNEL bool needs_side_test(const Query& query) const {
-    return this->sides == Sides::TwoSided && query.last.distance > -INFINITY && query.last.distance < INFINITY &&
-           query.moved >= query.last.distance;
-  }
-  /// Returns true if finish() would need what only the host can do: an obstructed depenetration, or a sweep.
-  KERNEL bool needs_host(const Query& query, const ClosestPoint& near, double distance, bool alone) const {
-    if (distance > query.contact_range || (distance < 0 && near.boundary)) return false;
-    const ClosestPointRecord last{query.a, distance, near.triangle, {}, this->allowed_overlap(query, distance)};
-    const double lift = this->required_distance(last) - distance;
-    return (lift > 0 && (!alone || lift > max_lift || !this->is_unobstructed(last))) ||
-           this->needs_sweep(query, distance);
+    return this->answer(query, cached, *this, [&](double wall, double error) KERNEL_LAMBDA {
+      return list.validity_radius(0, query.near, wall, error);
+    });
   }
 };
 

@@ -2,7 +2,7 @@
 // Broad phase of contacts with an environment mesh: the particles that may have come near enough for a query. It
 // streams over the contact cache in float, group by group of particles.
 #pragma once
-#include "kernels/environment/contact_cache.h"
+#include "kernels/environment/proximity_cache.h"
 
 namespace malha {
 
@@ -98,7 +98,7 @@ struct BoxEntry {
 template <class R>
 struct BroadPhaseTest {
   Particles<R> particles;
-  ContactCacheView<R> cache;
+  ProximityCacheView<R> cache;
   FloatPose before, after;
   FloatBox mesh;
   float contact_range;
@@ -241,9 +241,10 @@ struct BroadPhaseTest {
 
 /// Masks of particles, one bit each: `count` arrays of a word for each group.
 struct ActiveMask {
-  const unsigned long long* bits;
+  unsigned long long* bits;
   int count, groups;
-  KERNEL unsigned long long of(int mask, int g) const { return bits[size_t(mask) * groups + g]; }
+  KERNEL unsigned long long* mask(int q) const { return bits + size_t(q) * groups; }
+  KERNEL unsigned long long of(int q, int g) const { return mask(q)[g]; }
   /// Particles of a group that are in any mask.
   KERNEL unsigned long long any(int g) const {
     unsigned long long any = 0;
@@ -266,7 +267,7 @@ struct BroadPhaseCounts {
 template <class R>
 struct CountBroadPhase {
   ActiveMask masks;
-  ContactCacheView<R> cache;
+  ProximityCacheView<R> cache;
   KERNEL BroadPhaseCounts operator()(int g) const {
     BroadPhaseCounts sum;
     if (g == 0) sum.slots = *cache.slot_count, sum.entries = *cache.entry_count;

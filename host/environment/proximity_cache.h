@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Storage of the contact cache of one environment mesh (kernels/environment/contact_cache.h).
+// Storage of the contact cache of one environment mesh (kernels/environment/proximity_cache.h).
 #pragma once
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
 #include "host/base/array.h"
-#include "host/environment/contact_memory.h"
-#include "kernels/environment/contact_cache.h"
+#include "host/environment/proximity_memory.h"
+#include "kernels/environment/proximity_cache.h"
 #include "kernels/parallel/compute.h"
 
 namespace malha {
@@ -28,15 +28,15 @@ struct CapacityPlan {
 };
 
 template <class Executor, class R>
-class ContactCacheStorage {
+class ProximityCache {
  public:
-  explicit ContactCacheStorage(std::size_t particles)
+  explicit ProximityCache(std::size_t particles)
       : particles_(particles),
         boxes_(groups_of(particles), GroupBox{}),
         entry_index_(groups_of(particles), -1),
         counts_(2, AllocationCount{}) {}
 
-  ContactCacheView<R> view() const {
+  ProximityCacheView<R> view() const {
     return {boxes_.data(), entry_index_.data(), entries_.data(),   contacts_.data(),
             near_.data(),  counts_.data(),      counts_.data() + 1};
   }
@@ -55,7 +55,7 @@ class ContactCacheStorage {
     ensure_entry_capacity(executor, entries, entry_count);
   }
 
-  /// The state that later substeps depend on, as in ContactMemory. A position beyond float is in the slot alone.
+  /// The state that later substeps depend on, as in ProximityMemory. A position beyond float is in the slot alone.
   std::vector<GroupBox> boxes() const { return boxes_.download(); }
   std::vector<CacheEntry> entries() const {
     const std::vector<int> entry_index = entry_index_.download();
@@ -103,7 +103,7 @@ class ContactCacheStorage {
         entries_for(group).set(k, *entry++);
     for (std::size_t s = 0; s < count; ++s) {
       contacts[s].particle = static_cast<int>(near[s].pair - first);
-      ContactCacheView<R>::clear_slot(contacts[s], records[s]);
+      ProximityCacheView<R>::clear_slot(contacts[s], records[s]);
       records[s].record = near[s].record;
       const auto group = static_cast<std::size_t>(contacts[s].particle / kGroupSize);
       entries_for(group).slot[contacts[s].particle % kGroupSize] = static_cast<int>(s);
