@@ -42,8 +42,14 @@ struct ContactQuery : MovingMesh {
     double path, contact_range, moved, depth, radius;
   };
 
-  /// Reads the position of a particle and its last record. Returns false if it cannot have come near the mesh since.
-  KERNEL bool may_be_near(int i, Query& query) const {
+  /// Returns false if the particle cannot have come near the mesh since its last query, or its cached contact holds.
+  KERNEL bool needs_query(int i, Query& query) const {
+    const int slot = cache.slot(i);
+    if (slot >= 0 && cache.contacts[slot].plane.w != -R(INFINITY)) {
+      Contact<R>& contact = cache.contacts[slot];
+      if (same(particles.x[i], contact.cached_position)) return false;
+      invalidate(contact);  // another mesh has moved it since
+    }
     query.i = i;
     query.a = to_local(before, in_double(particles.x[i])),
     query.b = to_local(after, particles.p.position_without_low(i));
@@ -55,16 +61,10 @@ struct ContactQuery : MovingMesh {
     return !holds(query.a, query.last.at, query.last.distance - query.contact_range);
   }
 
-  /// Begins a query. Returns false if the particle cannot have come near, or its cached contact is still valid.
-  /// Otherwise its group has entries, which on a device AllocateEntries has allocated before.
+  /// Begins a query. Returns false if none is needed, or the mesh's box answers it. Otherwise the particle's group has
+  /// entries, which on a device AllocateEntries has allocated before.
   KERNEL bool begin_query(int i, Query& query) const {
-    const int slot = cache.slot(i);
-    if (slot >= 0 && cache.contacts[slot].plane.w != -R(INFINITY)) {
-      Contact<R>& contact = cache.contacts[slot];
-      if (same(particles.x[i], contact.cached_position)) return false;
-      invalidate(contact);  // another mesh has moved it since
-    }
-    if (!may_be_near(i, query)) return false;
+    if (!needs_query(i, query)) return false;
     cache.allocate_entries(i / kGroupSize, particles, before);
     const double box = surface.box_distance(query.a);
     if (box > query.contact_range) return record_lower_bound(query, box), false;

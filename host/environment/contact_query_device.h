@@ -25,112 +25,99 @@ KERNEL void clear_bit(unsigned long long* mask, unsigned long long bit) {
 #endif
 }
 
-/// Masks of the queries at one mesh: a bit for each particle.
-struct QueryMasks {
-  unsigned long long* pending;             // to be queried at this mesh; cleared when answered
-  const unsigned long long* left_to_host;  // left to the host at the mesh before: it may still move them, and queries
-                                           // them here too; null: this is the first mesh
-  const unsigned long long* single_mesh;   // to be queried at one mesh alone
-  unsigned long long* lifted;              // moved at an earlier mesh, so that later meshes are queried too
-};
-
-/// Finds the particles of a group that are queried at one mesh alone, and clears `lifted`.
-struct FindSingleMeshParticles {
-  ActiveMask masks;
-  unsigned long long *single_mesh, *lifted;
-  KERNEL void operator()(int g) const {
-    unsigned long long any = 0, more = 0;
-    for (int q = 0; q < masks.count; ++q) {
-      const unsigned long long of = masks.of(q, g);
-      more |= any & of, any |= of;
-    }
-    single_mesh[g] = any & ~more, lifted[g] = 0;
-  }
-};
-
 /// Allocates entries for groups with a particle that will be queried and may be near.
 template <class R>
-struct AllocateEntries : ContactQuery<R> {
-  QueryMasks bits;
-  AllocateEntries(const ContactQuery<R>& query, const QueryMasks& of) : ContactQuery<R>(query), bits(of) {}
-
+struct AllocateEntries {
+  const ContactQuery<R>* meshes;
+  ActiveMask active;  // of each mesh
   KERNEL void operator()(int g) const {
-    if (this->cache.entry_index[g] >= 0) return;
-    unsigned long long rest = (bits.pending[g] | bits.lifted[g]) & ~(bits.left_to_host ? bits.left_to_host[g] : 0);
-    bool near = false;
     typename ContactQuery<R>::Query query;
-    for (; rest != 0 && !near; rest &= rest - 1) {
-      const int i = g * kGroupSize + lowest_bit(rest);
-      near = this->particles.w[i] > R(0) && this->may_be_near(i, query);
+    for (int k = 0; k < active.count; ++k) {
+      const ContactQuery<R>& mesh = meshes[k];
+      if (mesh.cache.entry_index[g] >= 0) continue;
+      bool near = false;
+      for (unsigned long long rest = active.of(k, g); rest != 0 && !near; rest &= rest - 1) {
+        const int i = g * kGroupSize + lowest_bit(rest);
+        near = mesh.particles.w[i] > R(0) && mesh.needs_query(i, query);
+      }
+      if (near) mesh.cache.allocate_entries(g, mesh.particles, mesh.before);
     }
-    if (near) this->cache.allocate_entries(g, this->particles, this->before);
   }
 };
 
-/// Answers the queries of particles by the octree of a mesh, where that is enough.
+/// The tools of a query on a device (ContactQuery::answer).
 template <class R>
-struct QueryOctree : ContactQuery<R> {
+struct WithoutEmbree {
   using Query = typename ContactQuery<R>::Query;
-  QueryMasks bits;
-  double max_lift;  // m: limit of depenetration here; beyond it another mesh may be near
+  const ContactQuery<R>& mesh;
+  double max_lift;  // m: limit of depenetration, beyond which other meshes may be near
+  bool& lifted;     // set by depenetration
 
-  QueryOctree(const ContactQuery<R>& query, const QueryMasks& of, double max)
-      : ContactQuery<R>(query), bits(of), max_lift(max) {}
-
-  KERNEL void operator()(int i) const {
-    const int g = i / kGroupSize;
-    const unsigned long long bit = bit_of(i);
-    const bool pending = bits.pending[g] & bit;
-    if (bits.left_to_host && bits.left_to_host[g] & bit) return pending ? void() : set_bit(bits.pending + g, bit);
-    if (!pending && !(bits.lifted[g] & bit)) return;
-    const bool is_answered = !(this->particles.w[i] > R(0)) || answer_by_octree(i);
-    if (is_answered && pending) clear_bit(bits.pending + g, bit);
-    if (!is_answered && !pending) set_bit(bits.pending + g, bit);
-  }
-
-  // The tools of a query without Embree (ContactQuery::answer).
   KERNEL bool find_lower_bound(const Query& query, double& bound) const {
-    bound = this->surface.known_lower_bound(query.a);
+    bound = mesh.surface.known_lower_bound(query.a);
     return bound >= 0;
   }
   KERNEL bool search_mesh(const Query&, ClosestPoint&) const { return false; }
   KERNEL bool find_side(const Query& query, const ClosestPoint& near, Point& outward) const {
-    outward = this->towards(near, query.a);
-    return !this->may_have_changed_side(query);
+    outward = mesh.towards(near, query.a);
+    return !mesh.may_have_changed_side(query);
   }
-  /// Depenetration must be unobstructed, and end before other meshes are near.
   KERNEL bool can_finish(const Query& query, const ClosestPointRecord& last) const {
-    const double lift = this->required_distance(last) - last.distance;
-    if (lift > 0 && (!is_near_this_mesh_alone(query.i) || lift > max_lift || !this->is_unobstructed(last)))
-      return false;
-    return !this->needs_sweep(query, last.distance);
+    const double lift = mesh.required_distance(last) - last.distance;
+    return !(lift > 0 && (lift > max_lift || !mesh.is_unobstructed(last))) && !mesh.needs_sweep(query, last.distance);
   }
   KERNEL bool depenetrate(const Query& query, const Point&, const Point& n, ClosestPointRecord& last) const {
-    set_bit(bits.lifted + query.i / kGroupSize, bit_of(query.i));
-    this->shift(query, this->outward_shift(n, last), n, last);
-    return true;
+    mesh.shift(query, mesh.outward_shift(n, last), n, last);
+    return lifted = true;
   }
   KERNEL void sweep(int, const Point&) const {}
+};
 
- private:
-  KERNEL static unsigned long long bit_of(int i) { return 1ull << i % kGroupSize; }
-  KERNEL bool is_near_this_mesh_alone(int i) const {
-    return bits.single_mesh[i / kGroupSize] & ~bits.lifted[i / kGroupSize] & bit_of(i);
+/// Answers the queries of a particle at all meshes by their octrees, and clears the bits of those that it answers.
+/// Where an octree is not enough, the particle is left to the host there and at all later meshes, since the host may
+/// move it.
+template <class R>
+struct QueryOctrees {
+  const ContactQuery<R>* meshes;
+  ActiveMask active;  // of each mesh
+  double max_lift;    // m: limit of the depenetration of particles that are queried at one mesh alone; others stay
+
+  KERNEL void operator()(int i) const {
+    const int g = i / kGroupSize;
+    const unsigned long long bit = 1ull << i % kGroupSize;
+    int queried = 0;
+    for (int k = 0; k < active.count; ++k) queried += (active.of(k, g) & bit) != 0;
+    if (queried == 0) return;
+    bool lifted = false, left = false;
+    for (int k = 0; k < active.count; ++k) {
+      const bool pending = active.of(k, g) & bit;
+      if (!left && pending)
+        left = meshes[k].particles.w[i] > R(0) && !answer(meshes[k], i, queried == 1, lifted);
+      else if (!left && lifted)
+        left = came_near(meshes[k], i);
+      if (left && !pending) set_bit(active.mask(k) + g, bit);
+      if (!left && pending) clear_bit(active.mask(k) + g, bit);
+    }
   }
 
-  /// Answers a query, or returns false: it is left to the host.
-  KERNEL bool answer_by_octree(int i) const {
-    Query query;
-    if (!this->begin_query(i, query)) return true;
-    LeafQuery<OneLane> list(this->surface.cells);
-    const ClosestFeature* const cached = this->cached_feature(query);
+ private:
+  KERNEL static bool came_near(const ContactQuery<R>& mesh, int i) {
+    typename ContactQuery<R>::Query query;
+    return mesh.needs_query(i, query);
+  }
+  KERNEL bool answer(const ContactQuery<R>& mesh, int i, bool alone, bool& lifted) const {
+    typename ContactQuery<R>::Query query;
+    if (!mesh.begin_query(i, query)) return true;
+    LeafQuery<OneLane> list(mesh.surface.cells);
+    const ClosestFeature* const cached = mesh.cached_feature(query);
     if (!cached) {
-      query.leaf = this->surface.leaf_of(query.a);
-      list.add(this->surface.relative_to_centre(query.a), query.leaf);
+      query.leaf = mesh.surface.leaf_of(query.a);
+      list.add(mesh.surface.relative_to_centre(query.a), query.leaf);
       list.measure();
       query.near = list.nearest(0);
     }
-    return this->answer(query, cached, *this, [&](double wall, double error) KERNEL_LAMBDA {
+    const WithoutEmbree<R> tools{mesh, alone ? max_lift : 0, lifted};
+    return mesh.answer(query, cached, tools, [&](double wall, double error) KERNEL_LAMBDA {
       return list.validity_radius(0, query.near, wall, error);
     });
   }

@@ -95,28 +95,22 @@ class EnvironmentContacts {
                            });
     }
   }
-  /// Queries all meshes with one transfer of what a device leaves to the host. Depenetration on the device is limited
-  /// to particles near a single mesh, and to less than their distance from the others.
+  /// Queries all meshes with one transfer of what a device leaves to the host.
   template <class Overlap>
   void detect_together(const Particles<R>& particles, const Overlap& overlap) {
-    const int count = meshes_.count(), groups = meshes_.groups();
-    const Executor& executor = meshes_.executor();
+    const int count = meshes_.count();
     const ActiveMask active = meshes_.masks(count);
-    for (int k = 0; k < count; ++k) meshes_.broad_phase(particles, k, meshes_.contact_range(k), active.mask(k), false);
+    double max_lift = INFINITY;
+    for (int k = 0; k < count; ++k) {
+      meshes_.broad_phase(particles, k, meshes_.contact_range(k), active.mask(k), false);
+      max_lift = std::min(max_lift, double(meshes_.contact_range(k)));
+    }
     const int queries = meshes_.reserve_slots(0, count, active).particles;
     queries_ += queries;
     if (queries == 0) return;
-    const EnvironmentView<R> all = meshes_.view(particles);
-    unsigned long long *const single_mesh = active.mask(count), *const lifted = active.mask(count + 1);
-    parallel_for(executor, groups, FindSingleMeshParticles{active, single_mesh, lifted});
-    for (int k = 0; k < count; ++k) {
-      double max_lift = INFINITY;
-      for (int other = 0; other < count; ++other)
-        if (other != k) max_lift = std::min(max_lift, double(meshes_.contact_range(other)));
-      const QueryMasks masks{active.mask(k), k > 0 ? active.mask(k - 1) : nullptr, single_mesh, lifted};
-      parallel_for(executor, groups, AllocateEntries<R>(all.query(k), masks));
-      parallel_for(executor, particles.count, QueryOctree<R>(all.query(k), masks, max_lift));
-    }
+    const ContactQuery<R>* const on_device = meshes_.queries_on_device(particles);
+    parallel_for(meshes_.executor(), active.groups, AllocateEntries<R>{on_device, active});
+    parallel_for(meshes_.executor(), particles.count, QueryOctrees<R>{on_device, active, max_lift});
     meshes_.query_embree(
         particles, active, meshes_.count_active(active),
         [&](const EnvironmentView<R>& staged, const ActiveMask& left, const auto& launch) {

@@ -29,9 +29,11 @@ class EnvironmentMeshes {
   EnvironmentMeshes(const Executor& executor, const Model& model)
       : executor_(executor), staging_(executor), group_count_(static_cast<int>(groups_of(model.x.size()))) {
     for (const EnvironmentMesh& mesh : model.environment) objects.emplace_back(device_, mesh, model.x.size());
-    const std::size_t masks = kOnHost ? 1 : objects.size() + 2;
-    if (!kOnHost) counts_ = Array<Executor, BroadPhaseCounts>(objects.size(), BroadPhaseCounts{});
+    const std::size_t masks = kOnHost ? 1 : objects.size();
     bits_ = Array<Executor, unsigned long long>(masks * static_cast<std::size_t>(group_count_), 0ull);
+    if (kOnHost) return;
+    counts_ = Array<Executor, BroadPhaseCounts>(objects.size());
+    queries_ = Array<Executor, ContactQuery<R>>(objects.size());
   }
 
   int count() const { return static_cast<int>(objects.size()); }
@@ -60,7 +62,15 @@ class EnvironmentMeshes {
     return {meshes_.data(), count(), particles, caches_.data()};
   }
 
-  /// Masks of particles, from the first on: on a device there is one for each mesh, and two more.
+  /// The contact queries of all meshes, in a device's memory.
+  const ContactQuery<R>* queries_on_device(const Particles<R>& particles) {
+    std::vector<ContactQuery<R>> queries;
+    for (int k = 0; k < count(); ++k) queries.push_back(view(particles).query(k));
+    queries_.upload(queries);
+    return queries_.data();
+  }
+
+  /// Masks of particles, from the first on: on a device there is one for each mesh.
   ActiveMask masks(int count) const { return {bits_.data(), count, group_count_}; }
   ActiveCount count_active(const ActiveMask& masks) const {
     return parallel_reduce<ActiveCount>(executor_, group_count_, CountActive{masks});
@@ -154,6 +164,7 @@ class EnvironmentMeshes {
   std::vector<ProximityCacheView<R>> caches_;  // of each mesh
   Array<Executor, unsigned long long> bits_;
   Array<Executor, BroadPhaseCounts> counts_;  // of each mesh, on a device
+  Array<Executor, ContactQuery<R>> queries_;  // likewise
   int group_count_;
 };
 

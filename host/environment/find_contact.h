@@ -61,7 +61,7 @@ struct FindContact : ContactQuery<R> {
       Query& query = queries[count];
       if (!(particles.w[i] > R(0)) || !this->begin_query(i, query)) continue;
       if (const ClosestFeature* const feature = this->cached_feature(query))
-        this->answer(query, feature, Embree<Isa>{*this}, [](double, double) KERNEL_LAMBDA { return -1.0; });
+        this->answer(query, feature, *this, [](double, double) KERNEL_LAMBDA { return -1.0; });
       else
         ++count;
     }
@@ -80,63 +80,40 @@ struct FindContact : ContactQuery<R> {
         surface.prefetch_normal(queries[j].near);
       }
       for (int j = first; j < k; ++j)
-        this->answer(queries[j], nullptr, Embree<Isa>{*this}, [&](double wall, double error) KERNEL_LAMBDA {
+        this->answer(queries[j], nullptr, *this, [&](double wall, double error) KERNEL_LAMBDA {
           return batch.validity_radius(j - first, queries[j].near, wall, error);
         });
     }
   }
 
- private:
-  union Queries {  // left uninitialised
-    Query of[kGroupSize];
-    HOST_KERNEL Queries() {}
-  };
-
-  /// The tools of a query on the host (ContactQuery::answer): nothing is left unanswered.
-  template <class Isa>
-  struct Embree {
-    const FindContact& find;
-
-    bool find_lower_bound(const Query& query, double& bound) const {
-      bound = find.index->distance_lower_bound(query.a);
-      return true;
-    }
-    bool search_mesh(const Query& query, ClosestPoint& near) const {
-      near = find.template search_mesh<Isa>(query);
-      return true;
-    }
-    HOST_KERNEL bool find_side(const Query& query, const ClosestPoint& near, Point& outward) const {
-      const Point& before = query.last.at;
-      const bool went_through =
-          find.may_have_changed_side(query) && find.index->crossing(before, query.a, 0, false).hit;
-      outward = find.towards(near, went_through ? before : query.a);
-      return true;
-    }
-    HOST_KERNEL bool can_finish(const Query&, const ClosestPointRecord&) const { return true; }
-    bool depenetrate(const Query& query, const Point& q, const Point& n, ClosestPointRecord& last) const {
-      return find.depenetrate(query, q, n, last);
-    }
-    void sweep(int i, const Point& outward) const { find.sweep(i, outward); }
-  };
-
+  // The tools of a query on the host (ContactQuery::answer), which leaves none unanswered.
+  bool find_lower_bound(const Query& query, double& bound) const {
+    bound = index->distance_lower_bound(query.a);
+    return true;
+  }
   /// Queries the whole mesh where no list answers. Lists are built for particles that are near and slow: others seldom
   /// come back.
-  template <class Isa>
-  ClosestPoint search_mesh(const Query& query) const {
+  bool search_mesh(const Query& query, ClosestPoint& near) const {
     const bool stays = query.path < 2 * thickness;
-    if (stays && query.last.triangle >= 0)
-      if (const OctreeNode* const leaf = index->make_leaf(query.a)) {
-        LeafQuery<Isa> list(surface.cells);
-        list.add(surface.relative_to_centre(query.a), leaf);
-        list.measure();
-        return surface.within(query.radius, list.nearest(0), query.a);
-      }
-    const ClosestPoint near = index->closest(query.a, query.radius);
+    if (const OctreeNode* const leaf = stays && query.last.triangle >= 0 ? index->make_leaf(query.a) : nullptr) {
+      LeafQuery<OneLane> list(surface.cells);
+      list.add(surface.relative_to_centre(query.a), leaf);
+      list.measure();
+      near = surface.within(query.radius, list.nearest(0), query.a);
+      return true;
+    }
+    near = index->closest(query.a, query.radius);
     if (stays && near.found && near.distance <= query.contact_range && query.last.triangle < 0)
       index->make_leaf(query.a);
-    return near;
+    return true;
   }
-
+  HOST_KERNEL bool find_side(const Query& query, const ClosestPoint& near, Point& outward) const {
+    const Point& last = query.last.at;
+    const bool went_through = this->may_have_changed_side(query) && index->crossing(last, query.a, 0, false).hit;
+    outward = this->towards(near, went_through ? last : query.a);
+    return true;
+  }
+  HOST_KERNEL bool can_finish(const Query&, const ClosestPointRecord&) const { return true; }
   /// Contact of a path that may pass a corner: with the first crossing, or else with the surface near its end.
   void sweep(int i, const Point& outward) const {
     const Point a = to_local(before, in_double(particles.x[i])),
@@ -179,6 +156,12 @@ struct FindContact : ContactQuery<R> {
     }
     return true;
   }
+
+ private:
+  union Queries {  // left uninitialised
+    Query of[kGroupSize];
+    HOST_KERNEL Queries() {}
+  };
 };
 
 struct Deepest {

@@ -125,8 +125,7 @@ struct BroadPhaseTest {
                                                 : particles_in_range<S>(BoxEntry(box), first, n);
     if (in_range == 0 && box.should_refit() && contact_range >= 0) {
       box.note_refit();
-      if (!entries->has_slots(n) && (refit_box<S>(box, first, n) || use_point_box(box, *entries, n)))
-        cache.free_entries(group.index);
+      if (!entries->has_slots(n) && refit_box<S>(box, first, n)) cache.free_entries(group.index);
     }
     bits[group.index] = previous | in_range;
   }
@@ -177,14 +176,6 @@ struct BroadPhaseTest {
     box = now;
     return true;
   }
-  /// Replaces the entries by a point box at their middle, if that suffices. Returns true on success.
-  KERNEL bool use_point_box(GroupBox& box, const GroupEntries& entries, int n) const {
-    const GroupBox point = point_box_of(entries, n);
-    if (!point.can_test_group()) return false;
-    box = point;
-    return true;
-  }
-
   /// Returns true if no particle of the group can have come near the surface: all are near a box that is far from it.
   template <class S>
   KERNEL bool is_separated(const GroupBox& box, int first, int n) const {

@@ -13,7 +13,8 @@
 // A reader that needs the surface to be some way off subtracts that from the radius: the length of a path and the range
 // of contacts (broad_phase.h, contact_query.h), or what a whole step may need (clearance.h). Boxes serve groups of 64
 // particles that are far away together, entries all particles of the other groups, and slots, which hold the rest, the
-// particles near the mesh.
+// particles near the mesh. The grid of the octree follows the rule for all particles: its entries are made at the
+// centres of its cells (distance_lower_bound()).
 #pragma once
 #include "kernels/attachments/pose.h"
 #include "kernels/environment/contact.h"
@@ -127,24 +128,6 @@ struct GroupEntries {
     return any;
   }
 };
-
-/// A point box at the middle of the first n entries, for a group whose distance exceeds four times its radius;
-/// otherwise with distance 0.
-KERNEL GroupBox point_box_of(const GroupEntries& entries, int n) {
-  const auto middle = [&](const float* a) KERNEL_LAMBDA {
-    float least = a[0], most = least;
-    for (int k = 1; k < n; ++k) least = a[k] < least ? a[k] : least, most = a[k] > most ? a[k] : most;
-    return (least + most) / 2;
-  };
-  const Vector3<float> c{middle(entries.x), middle(entries.y), middle(entries.z)};
-  float most = 0, nearest = entries.distance[0];
-  for (int k = 0; k < n; ++k) {
-    const Vector3<float> d{entries.x[k] - c.x, entries.y[k] - c.y, entries.z[k] - c.z};
-    most = max(most, dot(d, d)), nearest = entries.distance[k] < nearest ? entries.distance[k] : nearest;
-  }
-  const float radius = 1.00001f * sqrt(most);
-  return {c, {0, 0, 0}, nearest > 4 * radius ? 0.99999f * (nearest - radius) : 0};
-}
 
 /// Position of a particle in a mesh's frame, in float as entries store it.
 template <class R>

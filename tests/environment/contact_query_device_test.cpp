@@ -49,18 +49,17 @@ class NearASurface {
 
   /// Detects contacts; the result is how many queries are left to the host.
   int find(bool by_lists) {
-    memory_.reserve_slots(Serial{}, count_, static_cast<int>(groups_of(static_cast<std::size_t>(count_))));
+    const auto groups = static_cast<int>(groups_of(static_cast<std::size_t>(count_)));
+    memory_.reserve_slots(Serial{}, count_, *memory_.view().slot_count, groups, *memory_.view().entry_count);
     const ProximityCacheView<float> cache = memory_.view();
     const EnvironmentView<float> all{&mesh_, 1, particles(), &cache};
     std::vector<unsigned long long> bits(groups_of(static_cast<std::size_t>(count_)), 0);
     for (int i = 0; i < count_; ++i) bits[i / kGroupSize] |= 1ull << i % kGroupSize;
     if (by_lists) {
-      std::vector<unsigned long long> once(bits.size()), lifted(bits.size());
-      const ActiveMask asked{bits.data(), 1, static_cast<int>(bits.size())};
-      parallel_for(Serial{}, asked.groups, FindSingleMeshParticles{asked, once.data(), lifted.data()});
-      const QueryMasks own{bits.data(), nullptr, once.data(), lifted.data()};
-      parallel_for(Serial{}, asked.groups, AllocateEntries<float>(all.query(0), own));
-      parallel_for(Serial{}, count_, QueryOctree<float>(all.query(0), own, INFINITY));
+      const ActiveMask active{bits.data(), 1, static_cast<int>(bits.size())};
+      const ContactQuery<float> query = all.query(0);
+      parallel_for(Serial{}, active.groups, AllocateEntries<float>{&query, active});
+      parallel_for(Serial{}, count_, QueryOctrees<float>{&query, active, INFINITY});
     }
     int left = 0;
     for (const unsigned long long word : bits) left += std::popcount(word);
