@@ -20,32 +20,59 @@ HOST_KERNEL void for_each_in_group(const unsigned long long* bits, int g, const 
   for (unsigned long long rest = bits[g]; rest != 0; rest &= rest - 1) work(g * kGroupSize + lowest_bit(rest));
 }
 
-/// Clamps the particles in the mask in front of every mesh; others stay in a ball without surface. Particles for which
-/// no position is found are set in `unresolved`.
+/// Paths of particles in the substep, and where they cross the meshes.
 template <class R>
-struct ClampTunnelling : EnvironmentView<R> {
+struct PathsAcrossMeshes : EnvironmentView<R> {
+  Point x(int i) const { return in_double(this->particles.x[i]); }
+  Point p(int i) const { return this->particles.p.position_without_low(i); }
+
+  Crossing crossing_of(int i, int k) const {
+    const MovingMesh& mesh = this->meshes[k];
+    const Point a = to_local(mesh.before, x(i));
+    if (this->caches[k].record(i, a).is_path_clear(a, to_local(mesh.after, p(i)))) return {};
+    return crossing(mesh, x(i), p(i));
+  }
+
+  /// The normal towards the side where the particle comes from; a two-sided sheet may be crossed from behind.
+  Point normal(int i, const MovingMesh& mesh, const Crossing& at) const {
+    return dot(at.normal, to_local(mesh.after, p(i)) - to_local(mesh.before, x(i))) > 0 ? -at.normal : at.normal;
+  }
+};
+
+/// Clamps the particles in the mask in front of every mesh; others stay in a ball without surface. Sets the bits of
+/// particles for which no position is found in `unresolved`.
+template <class R>
+struct ClampTunnelling : PathsAcrossMeshes<R> {
   using RunsOnHost = void;
+  bool move_with_meshes;  // a particle that crosses a mesh moves with it first, from where the substep began
   const unsigned long long* bits;
   unsigned long long* unresolved;
   template <class Group>
   HOST_KERNEL void operator()(const Group& group) const {
-    unresolved[group.index] = 0;
     for_each_in_group(bits, group.index, [this](int i) KERNEL_LAMBDA { clamp(i); });
   }
 
- protected:
+ private:
   static constexpr int kRounds = 8;  // corners between two walls need two, acute ones more
 
   void clamp(int i) const {
-    if (!(this->particles.w[i] > R(0)) || clamp_to_all_meshes(i)) return;
+    if (!(this->particles.w[i] > R(0)) || (move_with_meshes && !move_with_crossed_mesh(i))) return;
+    if (clamp_to_all_meshes(i)) return;
     // Each mesh pushes it behind another one: it stays where the substep began, unless a moving mesh pushes it from
     // there.
     this->particles.p.clear_displacement(i);
     if (!clamp_to_all_meshes(i)) unresolved[i / kGroupSize] |= 1ull << i % kGroupSize;
   }
 
-  Point x(int i) const { return in_double(this->particles.x[i]); }
-  Point p(int i) const { return this->particles.p.position_without_low(i); }
+  /// Returns false if the particle crosses no mesh.
+  bool move_with_crossed_mesh(int i) const {
+    for (int k = 0; k < this->count; ++k)
+      if (this->crossing_of(i, k).hit) {
+        this->particles.p.d.set(i, rigid_displacement(this->meshes[k].motion(), this->particles.x[i]));
+        return true;
+      }
+    return false;
+  }
 
   /// Clamps a particle in front of every mesh in turn until it crosses none. Returns false if it still does.
   bool clamp_to_all_meshes(int i) const {
@@ -57,65 +84,34 @@ struct ClampTunnelling : EnvironmentView<R> {
     return false;
   }
 
-  Crossing crossing_of(int i, int k) const {
-    const MovingSurface& mesh = this->meshes[k];
-    const Point a = to_local(mesh.before, x(i));
-    if (this->caches[k].record(i, a).is_path_clear(a, to_local(mesh.after, p(i)))) return {};
-    return crossing(mesh, x(i), p(i));
-  }
-
-  /// The normal towards the side where the particle comes from; a two-sided sheet may be crossed from behind.
-  Point normal(int i, const MovingSurface& mesh, const Crossing& at) const {
-    return dot(at.normal, to_local(mesh.after, p(i)) - to_local(mesh.before, x(i))) > 0 ? -at.normal : at.normal;
-  }
-
   bool clamp_to_mesh(int i, int k) const {
-    const Crossing at = crossing_of(i, k);
+    const Crossing at = this->crossing_of(i, k);
     if (!at.hit) return false;
-    const MovingSurface& mesh = this->meshes[k];
-    const Point n = normal(i, mesh, at);
+    const MovingMesh& mesh = this->meshes[k];
+    const Point n = this->normal(i, mesh, at);
     const double height = mesh.thickness - this->caches[k].overlap(i);
-    const Point shift = rotate(mesh.after, n) * (height - dot(n, to_local(mesh.after, p(i)) - at.q));
+    const Point shift = rotate(mesh.after, n) * (height - dot(n, to_local(mesh.after, this->p(i)) - at.q));
     this->particles.p.add_displacement(i, rounded<R>(shift));
     return true;
   }
 };
 
-/// Clamps after self-collision has moved particles: a particle that crosses a mesh now moves with that mesh instead,
-/// from where the substep began, and is clamped there.
-template <class R>
-struct MoveWithMeshes : ClampTunnelling<R> {
-  template <class Group>
-  HOST_KERNEL void operator()(const Group& group) const {
-    this->unresolved[group.index] = 0;
-    for_each_in_group(this->bits, group.index, [this](int i) KERNEL_LAMBDA { move(i); });
-  }
-
- private:
-  void move(int i) const {
-    if (!(this->particles.w[i] > R(0))) return;
-    for (int k = 0; k < this->count; ++k)
-      if (this->crossing_of(i, k).hit) {
-        this->particles.p.d.set(i, rigid_displacement(this->meshes[k].motion(), this->particles.x[i]));
-        return this->clamp(i);
-      }
-  }
-};
-
 /// Records the offset by which the particles in the mask were forced through meshes.
 template <class R>
-struct RecordTunnelling : ClampTunnelling<R> {
+struct RecordTunnelling : PathsAcrossMeshes<R> {
+  using RunsOnHost = void;
+  const unsigned long long* bits;
   template <class Group>
   HOST_KERNEL void operator()(const Group& group) const {
-    for_each_in_group(this->bits, group.index, [this](int i) KERNEL_LAMBDA { record(i); });
+    for_each_in_group(bits, group.index, [this](int i) KERNEL_LAMBDA { record(i); });
   }
 
  private:
   void record(int i) const {
     for (int k = 0; k < this->count; ++k)
       if (const Crossing at = this->crossing_of(i, k); at.hit) {
-        const MovingSurface& mesh = this->meshes[k];
-        const ContactCacheView<R>& cache = this->caches[k];
+        const MovingMesh& mesh = this->meshes[k];
+        const ProximityCacheView<R>& cache = this->caches[k];
         const Point n = this->normal(i, mesh, at);
         ClosestPointRecord last = cache.record(i, to_local(mesh.before, this->x(i)));
         last.tunnel_offset = n * dot(n, to_local(mesh.after, this->p(i)) - at.q);
@@ -126,7 +122,7 @@ struct RecordTunnelling : ClampTunnelling<R> {
   }
 };
 
-/// Marks the particles that ClampTunnelling or MoveWithMeshes has moved as kinematic, with the mesh that they move with
+/// Marks the particles that ClampTunnelling has moved as kinematic, with the mesh that they move with
 /// as owner; a particle that was clamped otherwise has none. Counts them.
 template <class R>
 struct MarkMovedParticles {
@@ -174,7 +170,7 @@ struct ClampRestitution : EnvironmentView<R> {
  private:
   void clamp(int i) const {
     for (int k = 0; k < this->count; ++k) {
-      MovingSurface mesh = this->meshes[k];
+      MovingMesh mesh = this->meshes[k];
       mesh.before = mesh.after;
       if (crossing(mesh, in_double(this->particles.x[i]), this->particles.p.position_without_low(i)).hit)
         return this->particles.p.clear_displacement(i);

@@ -18,9 +18,9 @@ class HostQueryStaging {
  public:
   explicit HostQueryStaging(const Executor& executor) : executor_(executor) {}
 
-  /// Calls query(environment, buffer), both in the host's memory, for the `active` particles of the masks. The caches
-  /// of all meshes have the capacity for them. overlap(masks), which is called before, may launch device work that
-  /// touches neither these particles nor the meshes.
+  /// Calls query(environment, masks), both in the host's memory, for the `active` particles of the masks. The caches of
+  /// all meshes have the capacity for them. overlap(masks), which is called before, may launch device work that touches
+  /// neither these particles nor the meshes.
   template <class Query, class Overlap>
   void run(const EnvironmentView<R>& all, const ActiveMask& masks, const ActiveCount& active, const Query& query,
            const Overlap& overlap) {
@@ -30,9 +30,9 @@ class HostQueryStaging {
     host_buffer.base = aligned(host_memory_.data());
     Memory<Executor>::copy_out(device_buffer.base, device_buffer.bytes(), host_buffer.base);
     overlap(masks);
-    std::vector<ContactCacheView<R>> caches;
+    std::vector<ProximityCacheView<R>> caches;
     for (int k = 0; k < all.count; ++k) caches.push_back(host_buffer.cache(k));
-    query(EnvironmentView<R>{all.meshes, all.count, host_buffer.particles(), caches.data()}, host_buffer);
+    query(EnvironmentView<R>{all.meshes, all.count, host_buffer.particles(), caches.data()}, host_buffer.active());
     Memory<Executor>::copy_in(host_buffer.base, host_buffer.bytes(), device_buffer.base);
     unpack(all, device_buffer);
   }

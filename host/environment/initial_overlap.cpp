@@ -8,7 +8,7 @@
 #include <optional>
 
 #include "host/attachments/pose.h"
-#include "host/environment/surface.h"
+#include "host/environment/closest_point_index.h"
 #include "host/mesh/bounding_box.h"
 #include "host/mesh/edge_sides.h"
 #include "host/model/ordering/index_map.h"
@@ -64,7 +64,7 @@ class Solid {
   const EnvironmentMesh& mesh_;
   Pose pose_;
   BoundingBox box_;
-  std::optional<Surface> surface_;
+  std::optional<ClosestPointIndex> surface_;
   int near_ = -1;
 };
 
@@ -233,7 +233,7 @@ class Sheet {
   }
 
   const EnvironmentSpec& spec_;
-  Surface surface_;
+  ClosestPointIndex surface_;
   Pose pose_;
   double substep_;              // s
   int near_ = -1;               // the closest triangle of the last particle

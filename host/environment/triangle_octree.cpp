@@ -112,11 +112,11 @@ bool TriangleOctree::reset_if_full() {
   return true;
 }
 
-bool TriangleOctree::measure(const OctreeKey& path) {
+void TriangleOctree::measure(const OctreeKey& path) {
   GridCell& cell = grid_[grid_index(mesh_, path)];
   float known;
   __atomic_load(&cell.distance, &known, __ATOMIC_RELAXED);
-  if (known > 0) return false;
+  if (known > 0) return;
   const Vector3<double> p = grid_cell_centre(mesh_, path);
   double nearest = 8 * mesh_.half;
   const double slack = skin_ + 1e-6 * norm(p);
@@ -126,7 +126,6 @@ bool TriangleOctree::measure(const OctreeKey& path) {
   });
   float below = std::max(static_cast<float>(kLoose * nearest * (1 - 1e-6) - rounding_), 1e-30f);
   __atomic_store(&cell.distance, &below, __ATOMIC_RELAXED);
-  return true;
 }
 
 bool TriangleOctree::make(const OctreeKey& path) try {

@@ -26,8 +26,8 @@ class TriangleOctree {
   /// too many triangles are equally near, or the memory for cells is used up.
   bool make(const OctreeKey& key);
 
-  /// Computes the distance of a grid cell, from any thread. Returns false if it was known.
-  bool measure(const OctreeKey& key);
+  /// Computes the distance of a grid cell unless it is known, from any thread.
+  void measure(const OctreeKey& key);
 
   /// Resets the octree if its memory is used up; from one thread, between queries. Returns true if all cells are gone.
   bool reset_if_full();

@@ -11,7 +11,8 @@ namespace {
 constexpr int kChunk = 256;  // particles; a query takes about a microsecond
 
 /// Returns the contact of a particle at `a` (in the object's frame), or none.
-std::optional<ContactPoint> touch(const Surface& surface, Sides sides, const Point& a, double thickness, double reach) {
+std::optional<ContactPoint> touch(const ClosestPointIndex& surface, Sides sides, const Point& a, double thickness,
+                                  double reach) {
   if (surface.box_distance(a) > reach) return std::nullopt;
   const ClosestPoint near = surface.closest(a, reach);
   if (!near.found) return std::nullopt;

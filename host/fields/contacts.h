@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "host/environment/surface.h"
+#include "host/environment/closest_point_index.h"
 #include "host/model/model.h"
 
 namespace malha {
@@ -31,7 +31,7 @@ class Contacts {
  private:
   struct Object {
     Object(const Device& device, const EnvironmentMesh& mesh) : surface(device, mesh.mesh), spec(mesh.spec) {}
-    Surface surface;
+    ClosestPointIndex surface;
     EnvironmentSpec spec;
   };
   std::optional<Device> device_;

@@ -79,7 +79,7 @@ std::vector<StepPass> step_passes(const Model& model, const Solver& of_scene) {
   line("levels", launches_of_levels(model, facts, plan));
   // Contacts are detected before the iterations and tunnelling is clamped after them, each after a broad phase. There
   // are none without an environment. Contact-free steps compute the clearance to each object, and to all.
-  line("collision", (obstacles > 0 ? substeps * (6 * obstacles + 2) : 0) + (plan.skips_contacts ? obstacles + 1 : 0));
+  line("collision", (obstacles > 0 ? substeps * (5 * obstacles + 2) : 0) + (plan.skips_contacts ? obstacles + 1 : 0));
   line("fused_solve", plan.fuses() ? visits : 0);
   line("projection", plan.fuses() || facts.sets.empty() ? 0 : visits);
   line("pressure", substeps * facts.pressure_starts + iterations * facts.pressure_launches);

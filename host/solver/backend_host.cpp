@@ -39,8 +39,6 @@ template void deal_on_host(const OpenMP&, int, const ClampTunnelling<float>&);
 template void deal_on_host(const OpenMP&, int, const ClampTunnelling<double>&);
 template void deal_on_host(const OpenMP&, int, const ClampRestitution<float>&);
 template void deal_on_host(const OpenMP&, int, const ClampRestitution<double>&);
-template void deal_on_host(const OpenMP&, int, const MoveWithMeshes<float>&);
-template void deal_on_host(const OpenMP&, int, const MoveWithMeshes<double>&);
 template void deal_on_host(const OpenMP&, int, const RecordTunnelling<float>&);
 template void deal_on_host(const OpenMP&, int, const RecordTunnelling<double>&);
 

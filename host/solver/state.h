@@ -12,9 +12,8 @@
 
 #include "host/base/check_numbers.h"
 #include "host/base/hash.h"
-#include "host/environment/contact_memory.h"
 #include "host/environment/edge_memory.h"
-#include "host/environment/find_contact.h"
+#include "host/environment/proximity_memory.h"
 #include "host/model/ordering/index_map.h"
 #include "host/self_collision/self_memory.h"
 #include "kernels/simd/particles.h"
@@ -29,7 +28,7 @@ template <class R>
 struct State {
   std::int64_t steps = 0;
   std::vector<std::array<R, 3>> x, v;
-  ContactMemory contact_cache{};        // empty without environment
+  ProximityMemory proximity{};          // empty without environment
   std::vector<std::int64_t> rest{};     // of sleep; empty without it
   SelfMemory<R> self{};                 // empty without self-collision
   EdgeMemory<R> edges{};                // empty without edges of the environment
@@ -72,7 +71,7 @@ const char* take(const char* from, std::size_t count, std::vector<T>& values) {
 
 }  // namespace detail
 
-/// Serialises a state. `contacts`: used in place of state.contact_cache, with the same interface.
+/// Serialises a state. `contacts`: used in place of state.proximity, with the same interface.
 template <class R, class Contacts>
 std::string save_state(const State<R>& state, const Contacts& contacts) {
   std::string bytes;
@@ -95,7 +94,7 @@ std::string save_state(const State<R>& state, const Contacts& contacts) {
 }
 template <class R>
 std::string save_state(const State<R>& state) {
-  return save_state(state, state.contact_cache);
+  return save_state(state, state.proximity);
 }
 
 /// Sizes of a state; `meshes`: number of environment meshes.
@@ -107,7 +106,7 @@ namespace detail {
 
 /// Checks contacts. `pairs`: number of pairs of particle and mesh. `triangles`: number of each mesh; empty: not
 /// checked.
-inline void check_contacts(const ContactMemory& cache, std::int64_t pairs, std::int64_t particles,
+inline void check_contacts(const ProximityMemory& cache, std::int64_t pairs, std::int64_t particles,
                            const std::vector<int>& triangles, const std::string& file) {
   constexpr double most = std::numeric_limits<float>::max();  // places are kept in float too
   const auto require_numbers = [&](bool numbers) {
@@ -159,7 +158,7 @@ void check_state(const State<R>& state, const std::vector<int>& triangles, std::
              "at most the " + std::to_string(state.steps) + " steps that were done");
   }
   const std::int64_t particles = std::ssize(state.x);
-  check_contacts(state.contact_cache, meshes * particles, particles, triangles, file);
+  check_contacts(state.proximity, meshes * particles, particles, triangles, file);
 }
 
 }  // namespace detail
@@ -189,9 +188,9 @@ State<R> load_state(const std::string& bytes, const StateSizes& sizes, const std
   const auto box_count = static_cast<std::size_t>(counts[0]), near = static_cast<std::size_t>(counts[1]);
   std::size_t places = 0;
   if (const std::size_t at = counts_at + two; box_count > 0 && bytes.size() >= at + box_count * sizeof(GroupBox)) {
-    detail::take(bytes.data() + at, box_count, state.contact_cache.boxes);
+    detail::take(bytes.data() + at, box_count, state.proximity.boxes);
     for (std::size_t mesh = 0; mesh < sizes.meshes; ++mesh)
-      places += count_entries(state.contact_cache.boxes.data() + mesh * words, sizes.particles);
+      places += count_entries(state.proximity.boxes.data() + mesh * words, sizes.particles);
   }
   std::size_t expected = counts_at + two + box_count * sizeof(GroupBox) + places * sizeof(CacheEntry) +
                          near * sizeof(PairRecord) + sizes.rest * sizeof(std::int64_t);
@@ -205,9 +204,9 @@ State<R> load_state(const std::string& bytes, const StateSizes& sizes, const std
   from = detail::take(from, sizes.particles, state.x);
   from = detail::take(from, sizes.particles, state.v);
   from = detail::take(from, carries, state.low);
-  from = detail::take(from + two, box_count, state.contact_cache.boxes);
-  from = detail::take(from, places, state.contact_cache.entries);
-  from = detail::take(from, near, state.contact_cache.near);
+  from = detail::take(from + two, box_count, state.proximity.boxes);
+  from = detail::take(from, places, state.proximity.entries);
+  from = detail::take(from, near, state.proximity.near);
   from = detail::take(from, sizes.rest, state.rest);
   const auto take = [&](auto& list) { from = detail::take(from, list.size(), list); };
   SelfMemory<R>::for_each_list(state.self, take), EdgeMemory<R>::for_each_list(state.edges, take);
@@ -217,8 +216,8 @@ State<R> load_state(const std::string& bytes, const StateSizes& sizes, const std
 
 /// Contact cache of renumbered particles: particle i was particle from[i]. Groups with boxes whose particles are now
 /// mixed have no cached data.
-inline ContactMemory remapped(const ContactMemory& before, std::size_t particles, const std::vector<int>& from) {
-  ContactMemory all;
+inline ProximityMemory remapped(const ProximityMemory& before, std::size_t particles, const std::vector<int>& from) {
+  ProximityMemory all;
   const std::size_t words = groups_of(particles);
   const CacheEntry* place = before.entries.data();
   auto near = before.near.begin();
@@ -262,7 +261,7 @@ State<R> remapped(const State<R>& before, const std::vector<int>& from) {
   }
   if (!before.self.search.empty()) state.self = unsearched(std::move(state.self.x0), before.self);
   state.edges = unsearched_edges<R>(before.edges.valid.size(), state.edges.x0);
-  state.contact_cache = remapped(before.contact_cache, before.x.size(), from);
+  state.proximity = remapped(before.proximity, before.x.size(), from);
   return state;
 }
 

@@ -89,7 +89,7 @@ class TimeStepper : public Solver {
     exclude_from_momentum_correction();
     if (kinematic_pins_) kinematic_pins_->set_pinned(time(), w_.data());
     if (sweep_) sweep_->clear_non_finite();
-    if (collider_) collider_->restore_state(saved.contact_cache);
+    if (collider_) collider_->restore_state(saved.proximity);
     if (sleeper_) user_constraints_ ? sleeper_->wake() : sleeper_->restore_state(saved.rest);
     if (self_) self_->restore_state(saved.self);
     if (edges_) edges_->restore_state(saved.edges);

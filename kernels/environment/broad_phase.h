@@ -2,7 +2,7 @@
 // Broad phase of contacts with an environment mesh: the particles that may have come near enough for a query. It
 // streams over the contact cache in float, group by group of particles.
 #pragma once
-#include "kernels/environment/contact_cache.h"
+#include "kernels/environment/proximity_cache.h"
 
 namespace malha {
 
@@ -98,7 +98,7 @@ struct BoxEntry {
 template <class R>
 struct BroadPhaseTest {
   Particles<R> particles;
-  ContactCacheView<R> cache;
+  ProximityCacheView<R> cache;
   FloatPose before, after;
   FloatBox mesh;
   float contact_range;
@@ -125,8 +125,7 @@ struct BroadPhaseTest {
                                                 : particles_in_range<S>(BoxEntry(box), first, n);
     if (in_range == 0 && box.should_refit() && contact_range >= 0) {
       box.note_refit();
-      if (!entries->has_slots(n) && (refit_box<S>(box, first, n) || use_point_box(box, *entries, n)))
-        cache.free_entries(group.index);
+      if (!entries->has_slots(n) && refit_box<S>(box, first, n)) cache.free_entries(group.index);
     }
     bits[group.index] = previous | in_range;
   }
@@ -177,14 +176,6 @@ struct BroadPhaseTest {
     box = now;
     return true;
   }
-  /// Replaces the entries by a point box at their middle, if that suffices. Returns true on success.
-  KERNEL bool use_point_box(GroupBox& box, const GroupEntries& entries, int n) const {
-    const GroupBox point = point_box_of(entries, n);
-    if (!point.can_test_group()) return false;
-    box = point;
-    return true;
-  }
-
   /// Returns true if no particle of the group can have come near the surface: all are near a box that is far from it.
   template <class S>
   KERNEL bool is_separated(const GroupBox& box, int first, int n) const {
@@ -241,9 +232,10 @@ struct BroadPhaseTest {
 
 /// Masks of particles, one bit each: `count` arrays of a word for each group.
 struct ActiveMask {
-  const unsigned long long* bits;
+  unsigned long long* bits;
   int count, groups;
-  KERNEL unsigned long long of(int mask, int g) const { return bits[size_t(mask) * groups + g]; }
+  KERNEL unsigned long long* mask(int q) const { return bits + size_t(q) * groups; }
+  KERNEL unsigned long long of(int q, int g) const { return mask(q)[g]; }
   /// Particles of a group that are in any mask.
   KERNEL unsigned long long any(int g) const {
     unsigned long long any = 0;
@@ -266,7 +258,7 @@ struct BroadPhaseCounts {
 template <class R>
 struct CountBroadPhase {
   ActiveMask masks;
-  ContactCacheView<R> cache;
+  ProximityCacheView<R> cache;
   KERNEL BroadPhaseCounts operator()(int g) const {
     BroadPhaseCounts sum;
     if (g == 0) sum.slots = *cache.slot_count, sum.entries = *cache.entry_count;

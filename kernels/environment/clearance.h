@@ -35,7 +35,7 @@ struct MeasureClearance {
   Points<R> x, v;
   const R* w;
   int count;
-  ContactCacheView<R> cache;
+  ProximityCacheView<R> cache;
   float contact_range;  // m
   float rounding;       // relative error of positions
   bool first;           // whether this is the first mesh

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Contact of a particle with one environment mesh: an inequality per particle, with Coulomb friction and restitution.
 #pragma once
-#include "kernels/environment/feature_cache.h"
 #include "kernels/parallel/compute.h"
 #include "kernels/simd/particles.h"
 
@@ -15,44 +14,8 @@ struct alignas(16 * sizeof(R)) Contact {
   Vec4<R> surface;  // motion of the surface over the substep, and the approach along n without contact (m)
   R lambda;         // accumulated push along n, m
   Vector3<R> friction_displacement;  // m, by which friction has moved the particle back, at most mu lambda
-  Vector3<R> cached_position{};      // x for which the contact stays valid; NaN: none
+  Vector3<R> cached_position{};      // x for which the plane was computed and still holds; NaN: none
   int particle = -1;                 // -1: the slot is unused
-};
-
-/// Result of the last query of a particle: its position (mesh's frame), the distance of the surface (m; negative
-/// inside; a lower bound where no triangle is near), and the closest triangle. A particle is queried again only when it
-/// may have come near, which does not change which contacts are found.
-struct ClosestPointRecord {
-  Vector3<double> at{};
-  double distance = -INFINITY;  // never queried: it may be as deep as the mesh is large
-  long long triangle = -1;
-  Vector3<double> tunnel_offset{};  // m, offset through the surface of a particle that was forced through it
-  double overlap = 0;  // m, by which it may stay nearer than the thickness, because it was at its first query
-
-  /// Returns true if no surface lies between a and b: both are within the distance of the surface.
-  KERNEL bool is_path_clear(const Vector3<double>& a, const Vector3<double>& b) const {
-    const Vector3<double> to_a = a - at, to_b = b - at;
-    return distance > 0 && dot(to_a, to_a) < distance * distance && dot(to_b, to_b) < distance * distance;
-  }
-};
-
-/// Record of a mesh-particle pair, for checkpoints; pair = mesh * particles + particle.
-struct PairRecord {
-  long long pair = 0;
-  ClosestPointRecord record;
-};
-
-/// Data of a slot beside its contact.
-struct ProximityRecord {
-  ClosestPointRecord record;
-  ClosestFeature feature;
-};
-
-/// Lets particles keep their overlap, up to max_overlap, as at a first query within the thickness on either side.
-struct KeepOverlap {
-  ProximityRecord* near;
-  double max_overlap;  // m
-  KERNEL void operator()(int slot) const { near[slot].record.overlap = max_overlap; }
 };
 
 /// Makes the next detection compute the contact anew, wherever its particle starts.
@@ -67,6 +30,25 @@ KERNEL void invalidate(Contact<R>& contact) {
   contact.friction_displacement = {R(0), R(0), R(0)};
   invalidate_cached_position(contact);
 }
+
+/// Invalidates contacts before detection, except resting ones: the same position and a displacement up to max_path (m;
+/// below 0: none, as for a moving mesh) give the same contact.
+template <class R>
+struct InvalidateContacts {
+  Contact<R>* contacts;
+  Displaced<R> p;
+  double max_path;
+  KERNEL void operator()(int s) const {
+    Contact<R>& contact = contacts[s];
+    const int i = contact.particle;
+    if (i < 0 || max_path < 0 || !same(p.x[i], contact.cached_position)) return invalidate(contact);
+    const Vector3<double> path = in_double(p.d[i]);
+    if (!(dot(path, path) <= max_path * max_path)) return invalidate(contact);
+    contact.lambda = R(0);
+    contact.friction_displacement = {R(0), R(0), R(0)};
+    contact.surface.w = R(dot(in_double(contact.plane.xyz()), path));
+  }
+};
 
 /// Clamps the accumulated friction to the friction cone; `friction` and `max_length` are displacements (m) or impulses
 /// times dt (kg m). If a push is undone, its friction is undone with it.

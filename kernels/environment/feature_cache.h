@@ -6,6 +6,13 @@
 
 namespace malha {
 
+/// The rule of all entries of a proximity cache (proximity_cache.h): an entry that was made at `at` holds for a
+/// particle at p while that has moved less than `radius`. A negative radius never holds.
+KERNEL bool holds(const Vector3<double>& p, const Vector3<double>& at, double radius) {
+  const Vector3<double> moved = p - at;
+  return radius > 0 && dot(moved, moved) < radius * radius;
+}
+
 /// A closest feature; positions are relative to the mesh's centre, m.
 struct ClosestFeature {
   Vector3<double> at{};  // it is the closest feature of the mesh to every point within `radius` of this one
@@ -17,10 +24,7 @@ struct ClosestFeature {
   enum Kind : signed char { Corner, Edge, Face, Point } kind = Point;  // Point: valid for one position alone
   bool boundary = false;
 
-  KERNEL bool is_valid_at(const Vector3<double>& p) const {
-    const Vector3<double> way = p - at;
-    return radius > 0 && dot(way, way) < radius * radius;
-  }
+  KERNEL bool is_valid_at(const Vector3<double>& p) const { return holds(p, at, radius); }
 
   /// Closest point on the feature to p, if it is the closest feature to p.
   KERNEL Vector3<double> nearest(const Vector3<double>& p) const {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Batch of closest-triangle queries, each point with a list of candidates of its own: point-triangle pairs fill packs,
-// so that short lists leave no lane empty, and memory is prefetched.
+// so that short lists leave no lane empty, and memory is prefetched. A batch of one point answers a single query.
 #pragma once
 #include "kernels/environment/feature_cache.h"
 #include "kernels/parallel/compute.h"
@@ -8,15 +8,23 @@
 
 namespace malha {
 
-template <class Isa>
+/// The default limits let the batch fit in the L1 cache.
+template <class Isa, int kPoints = 64, int kPairs = 256>
 class PointTriangleBatch {
  public:
-  static constexpr int kPoints = 64, kPairs = 256;  // limits: the batch fits in the L1 cache
-
   KERNEL PointTriangleBatch(const OctreeView& mesh) : mesh_(mesh) {}
 
-  KERNEL bool has_capacity(int listed) const { return points_ < kPoints && pairs_ + listed <= kPairs; }
+  KERNEL bool has_capacity(const OctreeNode* leaf) const {
+    return points_ < kPoints && pairs_ + (leaf ? leaf->count : 0) <= kPairs;
+  }
 
+  /// Adds a point and the list of its leaf; null: no list.
+  KERNEL void add(const Vector3<double>& p, const OctreeNode* leaf) {
+    if (leaf)
+      add(p, mesh_.lists + leaf->first, leaf->count);
+    else
+      add(p, nullptr, 0);
+  }
   /// Adds a point. `list`: at most kMaxListLength triangles, in ascending order.
   KERNEL void add(const Vector3<double>& p, const int* list, int count) {
     position_[points_] = {p.x, p.y, p.z, 0};
@@ -50,7 +58,14 @@ class PointTriangleBatch {
 
   /// The closest triangle to the `which`th point; of equally near ones the lowest.
   KERNEL ClosestTriangle nearest(int which) const {
-    return closest_of(triangle_, d2_, x_, y_, z_, feature_, first_[which], first_[which + 1], least_of(which));
+    const int begin = first_[which], end = first_[which + 1];
+    double least = INFINITY;
+    for (int k = begin; k < end; ++k) least = d2_[k] < least ? d2_[k] : least;
+    const double distance = sqrt(least);
+    for (int k = begin; k < end; ++k)  // squares may differ where their roots do not
+      if (d2_[k] <= least * (1 + 1e-15) && sqrt(d2_[k]) == distance)
+        return {triangle_[k], distance, on_triangle({x_[k], y_[k], z_[k]}, int(feature_[k]))};
+    return {};
   }
 
   /// Radius (m) around the `which`th point within which its closest feature stays the same; below 0: none. `wall`:
@@ -69,12 +84,6 @@ class PointTriangleBatch {
   using S = Lane<double, Isa>;
   static constexpr int lanes = kLanes<double, Isa>;
 
-  KERNEL double least_of(int which) const {
-    double least = INFINITY;
-    for (int k = first_[which]; k < first_[which + 1]; ++k) least = d2_[k] < least ? d2_[k] : least;
-    return least;
-  }
-
   OctreeView mesh_;
   int points_ = 0, pairs_ = 0;
   int first_[kPoints + 1];
@@ -82,5 +91,9 @@ class PointTriangleBatch {
   int triangle_[kPairs + lanes], point_[kPairs + lanes];
   double d2_[kPairs + lanes], x_[kPairs + lanes], y_[kPairs + lanes], z_[kPairs + lanes], feature_[kPairs + lanes];
 };
+
+/// Answers one query by the list of an octree leaf.
+template <class Isa>
+using LeafQuery = PointTriangleBatch<Isa, 1, kMaxListLength>;
 
 }  // namespace malha

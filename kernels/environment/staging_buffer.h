@@ -19,10 +19,8 @@ struct StagingBuffer {
   /// Number of particle j outside the buffer.
   KERNEL int particle(int j) const { return group_index()[j / kGroupSize] * kGroupSize + j % kGroupSize; }
   /// Returns true if particle j is in any mask.
-  KERNEL bool is_active(int j) const {
-    return ActiveMask{bits(0), masks, groups}.any(j / kGroupSize) >> j % kGroupSize & 1;
-  }
-  KERNEL unsigned long long* bits(int mask) const { return at<unsigned long long>(kBits) + mask * groups; }
+  KERNEL bool is_active(int j) const { return active().any(j / kGroupSize) >> j % kGroupSize & 1; }
+  KERNEL ActiveMask active() const { return {at<unsigned long long>(kBits), masks, groups}; }
   KERNEL int* group_index() const { return at<int>(kWhich); }
   KERNEL int* group_count() const { return group_index() + groups; }  // number of groups that are listed
   /// The particles, without v.
@@ -33,7 +31,7 @@ struct StagingBuffer {
     return {count(), from, {}, {from, way, {x + 6 * n, x + 7 * n, x + 8 * n}}, w()};
   }
   KERNEL R* w() const { return at<R>(kParticles) + size_t(9) * count(); }
-  KERNEL ContactCacheView<R> cache(int mesh) const {
+  KERNEL ProximityCacheView<R> cache(int mesh) const {
     char* const own = base + begin(kMeshes) + size_t(mesh) * mesh_bytes();
     const size_t n = size_t(groups),
                  slot_bytes = size_t(slot_capacity) * (sizeof(Contact<R>) + sizeof(ProximityRecord));
@@ -108,7 +106,7 @@ struct PackParticles {
   StagingBuffer<R> to;
   KERNEL void operator()(int j) const {
     const int w = j / kGroupSize, g = to.group_index()[w], bit = j % kGroupSize, i = to.particle(j);
-    for (int q = 0; bit == 0 && q < masks.count; ++q) to.bits(q)[w] = masks.of(q, g);
+    for (int q = 0; bit == 0 && q < masks.count; ++q) to.active().mask(q)[w] = masks.of(q, g);
     if (!(masks.any(g) >> bit & 1)) return;
     const Particles<R> own = to.particles();
     own.x.set(j, particles.x[i]), own.p.d.set(j, particles.p.d[i]);
@@ -123,12 +121,12 @@ struct PackCache {
   ActiveMask masks;
   Particles<R> particles;
   Pose pose;  // of the mesh, before the substep
-  ContactCacheView<R> from;
+  ProximityCacheView<R> from;
   StagingBuffer<R> buffer;
   int mesh;
   KERNEL void operator()(int j) const {
     const int w = j / kGroupSize, g = buffer.group_index()[w], bit = j % kGroupSize, i = buffer.particle(j);
-    const ContactCacheView<R> to = buffer.cache(mesh);
+    const ProximityCacheView<R> to = buffer.cache(mesh);
     if (bit == 0) to.boxes[w] = from.boxes[g], to.entry_index[w] = w;
     if (!(masks.any(g) >> bit & 1)) return;
     GroupEntries& entries = to.entries[w];
@@ -158,7 +156,7 @@ template <class R>
 struct AllocateUnpackedEntries {
   Particles<R> particles;
   Pose pose;  // of the mesh, before the substep
-  ContactCacheView<R> to;
+  ProximityCacheView<R> to;
   StagingBuffer<R> buffer;
   int mesh;
   KERNEL void operator()(int w) const {
@@ -169,11 +167,11 @@ struct AllocateUnpackedEntries {
 /// Unpacks the contact cache of a mesh: frees and fills slots as a query on the device would.
 template <class R>
 struct UnpackCache {
-  ContactCacheView<R> to;
+  ProximityCacheView<R> to;
   StagingBuffer<R> buffer;
   int mesh;
   KERNEL void operator()(int j) const {
-    const ContactCacheView<R> from = buffer.cache(mesh);
+    const ProximityCacheView<R> from = buffer.cache(mesh);
     const int w = j / kGroupSize, g = buffer.group_index()[w], bit = j % kGroupSize;
     if (bit == 0) to.boxes[g] = from.boxes[w];
     if (!buffer.is_active(j) || to.entry_index[g] < 0) return;

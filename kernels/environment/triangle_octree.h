@@ -143,35 +143,4 @@ struct ClosestTriangle {
   OnTriangle where{};
 };
 
-/// The closest of triangles begin .. end - 1 with these closest points, squared distances and features; of equally near
-/// ones the lowest. `least`: the smallest squared distance.
-KERNEL ClosestTriangle closest_of(const int* triangle, const double* d2, const double* x, const double* y,
-                                  const double* z, const double* feature, int begin, int end, double least) {
-  const double distance = sqrt(least);
-  for (int k = begin; k < end; ++k)  // squares may differ where their roots do not
-    if (d2[k] <= least * (1 + 1e-15) && sqrt(d2[k]) == distance)
-      return {triangle[k], distance, on_triangle({x[k], y[k], z[k]}, int(feature[k]))};
-  return {};
-}
-
-/// The closest triangle to p by the list of a leaf that contains it; of equally near ones the lowest.
-template <class Isa>
-KERNEL ClosestTriangle closest_in_list(const OctreeView& mesh, const OctreeNode& cell, const Vector3<double>& p) {
-  using S = Lane<double, Isa>;
-  constexpr int lanes = kLanes<double, Isa>;
-  const int* const list = mesh.lists + cell.first;
-  double d2[kMaxListLength + lanes], x[kMaxListLength + lanes], y[kMaxListLength + lanes], z[kMaxListLength + lanes],
-      feature[kMaxListLength + lanes];
-  const Vector3<S> at{S(p.x), S(p.y), S(p.z)};
-  for (int k = 0; k < cell.count; k += lanes) {
-    const NearestPoint<S> near = closest_points_on(mesh, at, list + k, cell.count - k);
-    const Vector3<S> d = at - near.q;
-    store(dot(d, d), d2 + k), store(near.q.x, x + k), store(near.q.y, y + k), store(near.q.z, z + k);
-    store(near.feature, feature + k);
-  }
-  double least = INFINITY;
-  for (int k = 0; k < cell.count; ++k) least = d2[k] < least ? d2[k] : least;
-  return closest_of(list, d2, x, y, z, feature, 0, cell.count, least);
-}
-
 }  // namespace malha

@@ -50,7 +50,7 @@ class ContactBench {
   const EnvironmentCollider<Executor, R>& collider() const { return collider_; }
   /// The proximity record that the contact cache has of a particle close to the mesh.
   ProximityRecord& near(int i) {
-    const ContactCacheView<R> cache = collider_.cache(0);
+    const ProximityCacheView<R> cache = collider_.cache(0);
     return cache.near[cache.slot(i)];
   }
   void forget() { collider_.restore_state({}); }

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "host/base/point_array.h"
-#include "host/environment/contact_cache_storage.h"
 #include "host/environment/find_contact.h"
+#include "host/environment/proximity_cache.h"
 #include "host/mesh/generate.h"
 #include "tests/numbers.h"
 #include "tests/small_scenes.h"
@@ -23,8 +23,8 @@ constexpr double kSphereThickness = 0.01;
 /// Particles close to a surface that move independently, and their contact cache.
 class NearASurface {
  public:
-  NearASurface(const Surface& surface, int count, Sides sides)
-      : mesh_{&surface, sides, kSphereThickness, {}, {}},
+  NearASurface(const ClosestPointIndex& surface, int count, Sides sides)
+      : mesh_{&surface, surface.view(), sides, kSphereThickness, {}, {}},
         count_(count),
         w_(static_cast<std::size_t>(count), 1.0f),
         memory_(static_cast<std::size_t>(count)) {
@@ -49,18 +49,17 @@ class NearASurface {
 
   /// Detects contacts; the result is how many queries are left to the host.
   int find(bool by_lists) {
-    memory_.reserve_slots(Serial{}, count_, static_cast<int>(groups_of(static_cast<std::size_t>(count_))));
-    const ContactCacheView<float> cache = memory_.view();
+    const auto groups = static_cast<int>(groups_of(static_cast<std::size_t>(count_)));
+    memory_.reserve_slots(Serial{}, count_, *memory_.view().slot_count, groups, *memory_.view().entry_count);
+    const ProximityCacheView<float> cache = memory_.view();
     const EnvironmentView<float> all{&mesh_, 1, particles(), &cache};
     std::vector<unsigned long long> bits(groups_of(static_cast<std::size_t>(count_)), 0);
     for (int i = 0; i < count_; ++i) bits[i / kGroupSize] |= 1ull << i % kGroupSize;
     if (by_lists) {
-      std::vector<unsigned long long> once(bits.size()), lifted(bits.size());
-      const ActiveMask asked{bits.data(), 1, static_cast<int>(bits.size())};
-      parallel_for(Serial{}, asked.groups, FindSingleMeshParticles{asked, once.data(), lifted.data()});
-      const QueryMasks own{bits.data(), nullptr, once.data(), lifted.data()};
-      parallel_for(Serial{}, asked.groups, AllocateEntries<float>(query_for(all, 0), own));
-      parallel_for(Serial{}, count_, QueryOctree<float>(query_for(all, 0), own, INFINITY));
+      const ActiveMask active{bits.data(), 1, static_cast<int>(bits.size())};
+      const ContactQuery<float> query = all.query(0);
+      parallel_for(Serial{}, active.groups, AllocateEntries<float>{&query, active});
+      parallel_for(Serial{}, count_, QueryOctrees<float>{&query, active, INFINITY});
     }
     int left = 0;
     for (const unsigned long long word : bits) left += std::popcount(word);
@@ -69,7 +68,7 @@ class NearASurface {
   }
 
   void expect_as(const NearASurface& other) const {
-    const ContactCacheView<float> a = memory_.view(), b = other.memory_.view();
+    const ProximityCacheView<float> a = memory_.view(), b = other.memory_.view();
     for (int i = 0; i < count_; ++i) {
       ASSERT_TRUE(same(x_.points()[i], other.x_.points()[i]) && same(d_.points()[i], other.d_.points()[i])) << i;
       const Vector3<double> at = in_double(x_.points()[i]);
@@ -93,11 +92,11 @@ class NearASurface {
     return {count_, x_.points(), v_.points(), {x_.points(), d_.points(), low_.points()}, w_.data()};
   }
 
-  MovingSurface mesh_;
+  MovingMesh mesh_;
   int count_;
   PointArray<Serial, float> x_, low_, v_, d_;
   std::vector<float> w_;
-  ContactCacheStorage<Serial, float> memory_;
+  ProximityCache<Serial, float> memory_;
 };
 
 class DeviceQueriesOf : public testing::TestWithParam<Sides> {};
@@ -105,7 +104,7 @@ class DeviceQueriesOf : public testing::TestWithParam<Sides> {};
 TEST_P(DeviceQueriesOf, ASphereAnswerMostAndLeaveTheHostsAnswersUnchanged) {
   const Device device;
   const Mesh mesh = generate(SphereShape{0.5, 3});
-  const Surface surface(device, mesh), other(device, mesh);
+  const ClosestPointIndex surface(device, mesh), other(device, mesh);
   constexpr int count = 1000;
   NearASurface lists(surface, count, GetParam()), host(other, count, GetParam());
   Random one(3), same_one(3);

@@ -232,7 +232,7 @@ struct Watched {
       if (!collider) {
         collider.emplace(Serial{}, model);
       } else if (!remembers) {
-        ContactMemory cache;
+        ProximityMemory cache;
         collider->for_each_part([&](const auto& part) { cache.add(part); });
         cache.boxes.assign(groups_of(n), {{}, {1, 0, 0}, GroupBox::kPerParticle}),
             cache.entries.assign(n, {0, 0, 0, -1e30f});

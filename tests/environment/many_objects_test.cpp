@@ -3,7 +3,7 @@
 // particles and objects.
 #include <gtest/gtest.h>
 
-#include "host/environment/contact_memory.h"
+#include "host/environment/proximity_memory.h"
 #include "host/solver/solver.h"
 #include "malha/simulation.h"
 #include "tests/same_bits.h"

@@ -92,7 +92,7 @@ Thrown thrown(Sides sides, Walls moves, Precision precision, int particles, int 
   const auto solver = make_solver(model, 1);
   const auto start = [&]<class R>(R) {
     State<R> state = load_state<R>(solver->save(), {model.x.size(), 6, 0, 0});
-    state.contact_cache = {};  // the contact cache knows nothing of these new positions
+    state.proximity = {};  // the contact cache knows nothing of these new positions
     for (std::size_t i = 0; i < state.x.size(); ++i) {
       const Vector3<double> at = random.in_cube(0.45);
       Vector3<double> v = random.in_cube();

@@ -6,7 +6,7 @@
 #include <cstdlib>
 #include <vector>
 
-#include "host/environment/surface.h"
+#include "host/environment/closest_point_index.h"
 #include "host/mesh/generate.h"
 #include "host/mesh/io/mesh_io.h"
 #include "kernels/environment/point_triangle_batch.h"
@@ -91,20 +91,27 @@ void expect_same(const ClosestPoint& found, const ClosestPoint& all, int i) {
   ASSERT_TRUE(same_bits(found.normal, all.normal) && found.boundary == all.boundary) << i;
 }
 
+/// The distances of a point from the triangles that its octree leaf lists.
+template <class Isa>
+LeafQuery<Isa> leaf_query(const ClosestPointIndex& surface, const Point& p, const OctreeNode* leaf) {
+  LeafQuery<Isa> list(surface.view().cells);
+  list.add(surface.view().relative_to_centre(p), leaf);
+  list.measure();
+  return list;
+}
+
 /// The closest feature of a point stays the closest of every point within its validity radius: the answer has the same
 /// bits.
-bool expect_feature_as_all_triangles(const Surface& surface, const Point& p, int cell, Random& random, int i) {
+bool expect_feature_as_all_triangles(const ClosestPointIndex& surface, const Point& p, const OctreeNode* leaf,
+                                     Random& random, int i) {
   const OctreeView& mesh = surface.view().cells;
-  const OctreeNode& of = mesh.cells[cell];
   const Point local = surface.view().relative_to_centre(p);
-  PointTriangleBatch<NativeIsa> pairs(mesh);
-  pairs.add(local, mesh.lists + of.first, of.count);
-  pairs.measure();
-  const ClosestTriangle near = pairs.nearest(0);
+  const LeafQuery<NativeIsa> list = leaf_query<NativeIsa>(surface, p, leaf);
+  const ClosestTriangle near = list.nearest(0);
   ClosestFeature feature = surface.view().feature(near);
-  const auto error = static_cast<double>(of.error);
+  const auto error = static_cast<double>(leaf->error);
   feature.at = local,
-  feature.radius = pairs.validity_radius(0, near, distance_to_cell_boundary(mesh, of, local), error);
+  feature.radius = list.validity_radius(0, near, distance_to_cell_boundary(mesh, *leaf, local), error);
   if (feature.kind == ClosestFeature::Point || !(feature.radius > 0)) return false;
   const Point way = random.in_cube(1), at = p + way * (0.999 * feature.radius / std::sqrt(dot(way, way)));
   if (!feature.is_valid_at(surface.view().relative_to_centre(at))) return false;  // smaller than a rounding
@@ -118,7 +125,7 @@ bool expect_feature_as_all_triangles(const Surface& surface, const Point& p, int
 /// The octree is built for every point, and queried with every instruction set.
 Compared expect_as_all_triangles(const Mesh& mesh, int points, unsigned seed) {
   const Device device;
-  Surface surface(device, mesh);
+  ClosestPointIndex surface(device, mesh);
   Random random(seed);
   Compared compared;
   const double size = surface.diagonal();
@@ -138,25 +145,23 @@ Compared expect_as_all_triangles(const Mesh& mesh, int points, unsigned seed) {
     if (all.found) {
       EXPECT_LE(least, all.distance);
     }
-    const int cell = surface.make_cell(p);
+    const OctreeNode* const leaf = surface.make_leaf(p);
     ++compared.points;
-    if (cell == 0) continue;
+    if (!leaf) continue;
     ++compared.listed;
     for_each_isa([&]<class Isa>(Isa) {
-      expect_same(surface.view().within(radius, surface.view().nearest<Isa>(p, cell), p), all, i);
+      expect_same(surface.view().within(radius, leaf_query<Isa>(surface, p, leaf).nearest(0), p), all, i);
       // The query is batched with others, whose pairs share its packs.
-      const OctreeView& mesh_of = surface.view().cells;
-      PointTriangleBatch<Isa> pairs(mesh_of);
-      const int* const list = mesh_of.lists + mesh_of.cells[cell].first;
-      const int count = mesh_of.cells[cell].count;
-      pairs.add(surface.view().relative_to_centre(p) * 1.01, list, count < 5 ? count : 5);
-      pairs.add({}, list, 0);
-      pairs.add(surface.view().relative_to_centre(p), list, count);
+      PointTriangleBatch<Isa> pairs(surface.view().cells);
+      pairs.add(surface.view().relative_to_centre(p) * 1.01, surface.view().cells.lists + leaf->first,
+                leaf->count < 5 ? leaf->count : 5);
+      pairs.add({}, nullptr);
+      pairs.add(surface.view().relative_to_centre(p), leaf);
       pairs.measure();
       expect_same(surface.view().within(radius, pairs.nearest(2), p), all, i);
       EXPECT_EQ(pairs.nearest(1).triangle, -1);
     });
-    compared.held += expect_feature_as_all_triangles(surface, p, cell, random, i);
+    compared.held += expect_feature_as_all_triangles(surface, p, leaf, random, i);
     if (testing::Test::HasFatalFailure()) break;
   }
   return compared;
@@ -223,7 +228,7 @@ double distance_from_triangles(const Mesh& mesh, const Point& p) {
 TEST(TriangleOctree, ProjectionOnAFeatureKeepsTheDistance) {
   const Device device;
   for (const Mesh& mesh : {slivers(), generate(SphereShape{0.3, 3}), scan("armadillo")}) {
-    const Surface surface(device, mesh);
+    const ClosestPointIndex surface(device, mesh);
     Random random(3);
     for (int i = 0; i < 200; ++i) {
       const Point p = random.in_cube(surface.diagonal() / 2);
@@ -237,17 +242,13 @@ TEST(TriangleOctree, ProjectionOnAFeatureKeepsTheDistance) {
 // away.
 TEST(TriangleOctree, AFeatureHoldsForALargePartOfTheWayToTheNext) {
   const Device device;
-  const Surface grid(device, generate(GridShape{{1, 1}, {10, 10}}));
+  const ClosestPointIndex grid(device, generate(GridShape{{1, 1}, {10, 10}}));
   const Point p{0.02, 0.01, 0.53};  // over a triangle with legs of 0.1, whose longest side is the closest
   const double way = 0.01 / std::sqrt(2);
-  const int cell = grid.make_cell(p);
-  ASSERT_GT(cell, 0);
-  const OctreeView& mesh = grid.view().cells;
-  const OctreeNode& of = mesh.cells[cell];
-  PointTriangleBatch<NativeIsa> pairs(mesh);
-  pairs.add(grid.view().relative_to_centre(p), mesh.lists + of.first, of.count);
-  pairs.measure();
-  const double holds = pairs.validity_radius(0, pairs.nearest(0), INFINITY, static_cast<double>(of.error));
+  const OctreeNode* const leaf = grid.make_leaf(p);
+  ASSERT_NE(leaf, nullptr);
+  const LeafQuery<NativeIsa> list = leaf_query<NativeIsa>(grid, p, leaf);
+  const double holds = list.validity_radius(0, list.nearest(0), INFINITY, static_cast<double>(leaf->error));
   EXPECT_GT(holds, 0.4 * way);
   EXPECT_LE(holds, way);
 }
@@ -255,25 +256,26 @@ TEST(TriangleOctree, AFeatureHoldsForALargePartOfTheWayToTheNext) {
 // A ball's centre is equally near to all of its triangles: there no list helps.
 TEST(TriangleOctree, HaveNoListWhereTooManyTrianglesAreEquallyNear) {
   const Device device;
-  const Surface ball(device, generate(SphereShape{1, 4}));
-  EXPECT_EQ(ball.make_cell({1e-9, 0, 0}), 0);
-  EXPECT_GT(ball.make_cell({0.9, 0.3, 0.2}), 0);
+  const ClosestPointIndex ball(device, generate(SphereShape{1, 4}));
+  EXPECT_EQ(ball.make_leaf({1e-9, 0, 0}), nullptr);
+  EXPECT_NE(ball.make_leaf({0.9, 0.3, 0.2}), nullptr);
 }
 
 TEST(TriangleOctree, StartAnewWhenTheirMemoryIsUsedUp) {
   const Device device;
-  Surface ball(device, generate(SphereShape{1, 3}));
+  ClosestPointIndex ball(device, generate(SphereShape{1, 3}));
   Random random(7);
   bool began_anew = false;
   for (int i = 0; i < 200'000 && !began_anew; ++i) {
-    ball.make_cell(random.in_cube(1.1));
+    ball.make_leaf(random.in_cube(1.1));
     began_anew = ball.reset_if_full();
   }
   EXPECT_TRUE(began_anew);
   const Point p{0.7, 0.6, 0.5};
-  const int cell = ball.make_cell(p);
-  ASSERT_GT(cell, 0);
-  EXPECT_EQ(ball.view().within(1, ball.view().nearest<NativeIsa>(p, cell), p).triangle, ball.closest(p, 1).triangle);
+  const OctreeNode* const leaf = ball.make_leaf(p);
+  ASSERT_NE(leaf, nullptr);
+  const ClosestTriangle near = leaf_query<NativeIsa>(ball, p, leaf).nearest(0);
+  EXPECT_EQ(ball.view().within(1, near, p).triangle, ball.closest(p, 1).triangle);
 }
 
 }  // namespace

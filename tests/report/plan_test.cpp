@@ -169,7 +169,7 @@ TEST(Plan, CountsBytesByOwnerAsTheReportDoes) {
 /// moves what bounced to where it arrives.
 TEST(Plan, CountsLaunches) {
   const std::string text = plan_of(balloon_in_the_wind());
-  for (const char* line : {"  damping: 16", "  prediction: 8", "  collision: 32", "  projection: 12", "  pressure: 60",
+  for (const char* line : {"  damping: 16", "  prediction: 8", "  collision: 28", "  projection: 12", "  pressure: 60",
                            "  long_range: 12", "  air: 8", "  contact: 28", "  state: 8", "  sleep: 1"})
     EXPECT_TRUE(says(text, line)) << line << " is not in\n" << text;
   Json smooth = balloon_in_the_wind();

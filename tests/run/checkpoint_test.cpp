@@ -251,7 +251,7 @@ TEST(State, OfAnotherSizeIsRefused) {
   State<float> state;
   state.steps = 5;
   state.x.resize(3), state.v.resize(3), state.low.resize(3),
-      state.contact_cache = {{kEach}, std::vector<CacheEntry>(3), {{0, {}}, {2, {}}}};
+      state.proximity = {{kEach}, std::vector<CacheEntry>(3), {{0, {}}, {2, {}}}};
   const std::string bytes = save_state(state);
   EXPECT_EQ(load_state<float>(bytes, {3, 1}, {80}).steps, 5);
   EXPECT_THROW(load_state<float>(bytes, {4, 1}), InputError);
@@ -265,8 +265,8 @@ TEST(State, WithABoxThatIsNotFiniteIsRefused) {
   State<float> state;
   state.x.resize(70), state.v.resize(70), state.low.resize(70);  // two words
   const auto load = [&](const GroupBox& box) {
-    state.contact_cache = {{box, kEach}, std::vector<CacheEntry>(6), {}};
-    return load_state<float>(save_state(state), {70, 1}, {80}).contact_cache.boxes[0].half.y;
+    state.proximity = {{box, kEach}, std::vector<CacheEntry>(6), {}};
+    return load_state<float>(save_state(state), {70, 1}, {80}).proximity.boxes[0].half.y;
   };
   EXPECT_EQ(load({{0, 0, 0}, {1, 2, 3}, 9}), 2);
   for (const float bad : {NAN, INFINITY}) {
@@ -285,7 +285,7 @@ TEST(State, HashesPositionsAndVelocitiesInTheUsersOrder) {
   std::swap(state.x[0], state.x[1]), std::swap(state.v[0], state.v[1]);
   EXPECT_EQ(hash_state(state, {1, 0}), hash) << "another order of the solver is the same state";
   EXPECT_NE(hash_state(state, {0, 1}), hash);
-  state.steps = 7, state.contact_cache = {{kEach}, std::vector<CacheEntry>(2), {{0, {}}, {1, {}}}};
+  state.steps = 7, state.proximity = {{kEach}, std::vector<CacheEntry>(2), {{0, {}}, {1, {}}}};
   EXPECT_EQ(hash_state(state, {1, 0}), hash) << "of the motion alone";
   state.v[0][2] = -state.v[0][2];
   EXPECT_NE(hash_state(state, {1, 0}), hash);

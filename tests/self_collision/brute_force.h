@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Reference geometry of a triangle mesh by brute force: all triangles, in double, by other formulas than
-// host/environment/surface.cpp.
+// host/environment/closest_point_index.cpp.
 #pragma once
 #include <algorithm>
 #include <cmath>

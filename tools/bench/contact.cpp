@@ -9,7 +9,7 @@
 
 #include "host/base/stopwatch.h"
 #include "host/solver/solver.h"
-#include "kernels/environment/contact_cache.h"
+#include "kernels/environment/proximity_cache.h"
 #include "malha/simulation.h"
 #include "malha/text.h"
 #if defined(MALHA_HAS_BULLET)

@@ -3,12 +3,12 @@
 #pragma once
 #include <vector>
 
-#include "kernels/environment/contact_cache.h"
+#include "kernels/environment/proximity_cache.h"
 
 namespace malha {
 
 /// Contact caches, mesh after mesh. Empty: nothing was queried.
-struct ContactMemory {
+struct ProximityMemory {
   std::vector<GroupBox> boxes;      // of each group; groups far away have nothing else
   std::vector<CacheEntry> entries;  // of each particle of the groups with entries
   std::vector<PairRecord> near;     // of particles with a slot, in ascending order of pairs

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Storage of the contact cache of one environment mesh (kernels/environment/contact_cache.h).
+// Proximity cache of one environment mesh (kernels/environment/proximity_cache.h): its storage, which grows and shrinks
+// with the particles near the mesh, and its saved state.
 #pragma once
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
 #include "host/base/array.h"
-#include "host/environment/contact_memory.h"
-#include "kernels/environment/contact_cache.h"
+#include "host/environment/proximity_memory.h"
+#include "kernels/environment/proximity_cache.h"
 #include "kernels/parallel/compute.h"
 
 namespace malha {
@@ -28,15 +29,15 @@ struct CapacityPlan {
 };
 
 template <class Executor, class R>
-class ContactCacheStorage {
+class ProximityCache {
  public:
-  explicit ContactCacheStorage(std::size_t particles)
+  explicit ProximityCache(std::size_t particles)
       : particles_(particles),
         boxes_(groups_of(particles), GroupBox{}),
         entry_index_(groups_of(particles), -1),
         counts_(2, AllocationCount{}) {}
 
-  ContactCacheView<R> view() const {
+  ProximityCacheView<R> view() const {
     return {boxes_.data(), entry_index_.data(), entries_.data(),   contacts_.data(),
             near_.data(),  counts_.data(),      counts_.data() + 1};
   }
@@ -45,17 +46,13 @@ class ContactCacheStorage {
   int slots() const { return Memory<Executor>::kOnHost ? slot_count().used : slot_bound_; }
 
   /// Reserves this many more slots and entries of groups, and shrinks pools that are much larger than needed.
-  void reserve_slots(const Executor& executor, int slots, int entries) {
-    reserve_slots(executor, slots, slot_count(), entries, entry_count());
-  }
-  /// The same, if the allocation counts are known.
   void reserve_slots(const Executor& executor, int slots, const AllocationCount& slot_count, int entries,
                      const AllocationCount& entry_count) {
     ensure_slot_capacity(executor, slots, slot_count);
     ensure_entry_capacity(executor, entries, entry_count);
   }
 
-  /// The state that later substeps depend on, as in ContactMemory. A position beyond float is in the slot alone.
+  /// The state that later substeps depend on, as in ProximityMemory. A position beyond float is in the slot alone.
   std::vector<GroupBox> boxes() const { return boxes_.download(); }
   std::vector<CacheEntry> entries() const {
     const std::vector<int> entry_index = entry_index_.download();
@@ -103,7 +100,7 @@ class ContactCacheStorage {
         entries_for(group).set(k, *entry++);
     for (std::size_t s = 0; s < count; ++s) {
       contacts[s].particle = static_cast<int>(near[s].pair - first);
-      ContactCacheView<R>::clear_slot(contacts[s], records[s]);
+      ProximityCacheView<R>::clear_slot(contacts[s], records[s]);
       records[s].record = near[s].record;
       const auto group = static_cast<std::size_t>(contacts[s].particle / kGroupSize);
       entries_for(group).slot[contacts[s].particle % kGroupSize] = static_cast<int>(s);
@@ -121,25 +118,19 @@ class ContactCacheStorage {
     restore_state(executor, std::vector<GroupBox>(boxes_.size(), GroupBox{}), nullptr, nullptr, 0, 0);
   }
 
-  static constexpr std::size_t kSlotBytes = sizeof(ProximityRecord) + sizeof(Contact<R>);
+  /// Number of slots in use.
   int near() const {
     const AllocationCount count = slot_count();
     return count.used - count.freed;
   }
-  /// Bytes of slots that were ever filled; the rest of the capacity is in pages that were never written to.
-  std::size_t near_bytes() const { return near_bytes(slot_count()); }
+  std::size_t near_bytes() const { return near_.bytes() + contacts_.bytes(); }
   std::size_t bytes() const {
-    const std::vector<AllocationCount> counts = counts_.download();  // in one copy
-    const auto entries = static_cast<std::size_t>(std::max(entries_written_, counts[1].used));
-    return boxes_.bytes() + entry_index_.bytes() + entries * sizeof(GroupEntries) + near_bytes(counts[0]);
+    return boxes_.bytes() + entry_index_.bytes() + counts_.bytes() + entries_.bytes() + near_bytes();
   }
 
  private:
   AllocationCount slot_count() const { return counts_.get(0); }
   AllocationCount entry_count() const { return counts_.get(1); }
-  std::size_t near_bytes(const AllocationCount& count) const {
-    return static_cast<std::size_t>(std::max(written_, count.used)) * kSlotBytes;
-  }
 
   void ensure_slot_capacity(const Executor& executor, int more, const AllocationCount& count) {
     slot_bound_ = count.used + more;
@@ -152,8 +143,7 @@ class ContactCacheStorage {
                    CompactSlots<R>{view(), plan.reallocates ? near_to.data() : near_.data(),
                                    plan.reallocates ? contacts_to.data() : contacts_.data()});
     const int kept = count.used - count.freed;
-    written_ = std::max(written_, count.used);
-    if (plan.reallocates) near_ = std::move(near_to), contacts_ = std::move(contacts_to), written_ = kept;
+    if (plan.reallocates) near_ = std::move(near_to), contacts_ = std::move(contacts_to);
     slot_bound_ = kept + more;
     empty_from(static_cast<std::size_t>(kept));
   }
@@ -163,8 +153,7 @@ class ContactCacheStorage {
     Array<Executor, GroupEntries> to(plan.reallocates ? plan.capacity : 0);
     if (count.used > 0)
       parallel_for(executor, 1, CompactEntries<R>{view(), plan.reallocates ? to.data() : entries_.data()});
-    entries_written_ = std::max(entries_written_, count.used);
-    if (plan.reallocates) entries_ = std::move(to), entries_written_ = count.used - count.freed;
+    if (plan.reallocates) entries_ = std::move(to);
   }
 
   template <class T>
@@ -195,7 +184,6 @@ class ContactCacheStorage {
   Array<Executor, GroupEntries> entries_;    // of groups
   Array<Executor, Contact<R>> contacts_;     // of each slot
   Array<Executor, ProximityRecord> near_;    // of each slot
-  int written_ = 0, entries_written_ = 0;    // slots and entries that were written since the last reallocation
   int slot_bound_ = 0;                       // upper bound of slots in use
 };
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Collision surface of a triangle mesh, in its own frame: signed closest points and segment crossings. Embree finds the
-// candidates in float; the arithmetic on them is in double.
+// Closest-point index of a triangle mesh: signed closest points, crossings of paths, and bounds of the distance, in the
+// mesh's frame. Candidates come from an octree with lists of triangles and, where that has none, from Embree, which
+// computes in float; the arithmetic on them is in double. Which of both answers makes no difference to the bits.
 #pragma once
 #include <array>
 #include <atomic>
@@ -9,8 +10,8 @@
 
 #include "host/base/pinned_memory.h"
 #include "host/environment/embree.h"
-#include "host/environment/surface_view.h"
 #include "host/environment/triangle_octree.h"
+#include "kernels/environment/closest_point_index_view.h"
 #include "malha/mesh.h"
 
 namespace malha {
@@ -21,36 +22,37 @@ struct Crossing {
   Point normal{};  // unit, of the face
 };
 
-class Surface {
+class ClosestPointIndex {
  public:
   /// `mesh` has faces. Normals are angle-weighted pseudonormals (Baerentzen, Aanaes 2005, "Signed distance computation
   /// using the angle weighted pseudonormal"): that of the closest feature tells inside from outside without error, face
   /// normals do not.
-  Surface(const Device& device, const Mesh& mesh);
+  ClosestPointIndex(const Device& device, const Mesh& mesh);
 
   /// The nearest surface point within `radius` of a (both in the mesh's frame, m). A triangle that is known to be near
   /// makes the search short and changes nothing else.
   ClosestPoint closest(const Point& a, double radius, int known_near = -1) const;
 
   /// The view for kernels that do not use Embree.
-  const SurfaceView& view() const { return view_; }
+  const ClosestPointIndexView& view() const { return view_; }
 
-  /// Makes the octree leaf of a, from any thread. Returns its number, or 0 where no list is usable.
-  int make_cell(const Point& a) const {
+  /// Makes the octree leaf of a, from any thread; null where no list is usable.
+  const OctreeNode* make_leaf(const Point& a) const {
     const OctreeKey key = octree_key(view_.cells, view_.relative_to_centre(a));
-    return key.inside && cells_->make(key) ? find_leaf(view_.cells, key) : 0;
+    return key.inside && octree_->make(key) ? view_.leaf_of(a) : nullptr;
   }
-  /// Lower bound of the distance of a by a grid over the mesh's box; below 0: unknown.
+  /// Lower bound of the distance of a by a grid over the mesh's box, which is measured where it is not known yet; below
+  /// 0: none.
   double distance_lower_bound(const Point& a) const {
-    const double known = view_.known_lower_bound(a);
-    if (known >= 0) return known;
+    if (const double known = view_.known_lower_bound(a); known >= 0) return known;
     const OctreeKey key = octree_key(view_.cells, view_.relative_to_centre(a));
-    return key.inside && cells_->measure(key) ? view_.known_lower_bound(a) : known;
+    if (key.inside) octree_->measure(key);
+    return view_.known_lower_bound(a);
   }
   /// Resets the octree when its memory is used up. Returns true if it was reset.
   bool reset_if_full() {
-    if (!cells_->reset_if_full()) return false;
-    view_.cells = cells_->mesh();
+    if (!octree_->reset_if_full()) return false;
+    view_.cells = octree_->mesh();
     return true;
   }
 
@@ -63,7 +65,7 @@ class Surface {
   double diagonal() const { return view_.diagonal(); }
   int triangles() const { return static_cast<int>(triangles_.size()); }
   std::size_t bytes() const;
-  std::size_t cell_bytes() const { return cells_->bytes(); }
+  std::size_t cell_bytes() const { return octree_->bytes(); }
   /// Number of queries of the whole mesh since the start.
   long long queries() const { return queries_->load(); }
 
@@ -80,9 +82,9 @@ class Surface {
   ReadableVector<std::array<bool, 3>> rim_edges_;
   ReadableVector<unsigned char> rim_corners_, needles_;
   double skin_ = 0;
-  SurfaceView view_{};
+  ClosestPointIndexView view_{};
   std::unique_ptr<TriangleScene> scene_;
-  std::unique_ptr<TriangleOctree> cells_;
+  std::unique_ptr<TriangleOctree> octree_;
   std::unique_ptr<std::atomic<long long>> queries_ = std::make_unique<std::atomic<long long>>(0);
 };
 

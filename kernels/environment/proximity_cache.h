@@ -1,10 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
-// Cache of contact queries at one environment mesh, kept from substep to substep: a bounding box with a distance for
-// every group of 64 particles; an entry for every particle of groups whose box does not suffice; and a slot with the
-// full record and the contact for every particle near the mesh.
+// Proximity cache: what the last queries at one environment mesh found, kept from substep to substep. One rule says how
+// long any of it is used: an entry holds while the particle has moved less than the entry's radius from where it was
+// made (holds()). In the mesh's frame, from the coarse to the fine:
+//
+//   entry               made at                          says                             radius
+//   GroupBox            the nearest point of the box     no surface is nearer             its distance
+//   CacheEntry          the particle, in float           no surface is nearer             its distance
+//   ClosestPointRecord  the particle                     the closest triangle, the side   its distance
+//   ClosestFeature      the particle                     the closest feature is the same  where no other is nearer
+//   Contact             the particle, at rest            the plane is the same            0: the particle has not moved
+//
+// A reader that needs the surface to be some way off subtracts that from the radius: the length of a path and the range
+// of contacts (broad_phase.h, contact_query.h), or what a whole step may need (clearance.h). Boxes serve groups of 64
+// particles that are far away together, entries all particles of the other groups, and slots, which hold the rest, the
+// particles near the mesh. The grid of the octree follows the rule for all particles: its entries are made at the
+// centres of its cells (distance_lower_bound()).
 #pragma once
 #include "kernels/attachments/pose.h"
 #include "kernels/environment/contact.h"
+#include "kernels/environment/feature_cache.h"
 #include "kernels/simd/pack.h"
 #include "kernels/simd/particles.h"
 
@@ -32,6 +46,41 @@ template <class S>
 KERNEL Vector3<S> nearest_in(const Vector3<float>& low, const Vector3<float>& high, const Vector3<S>& a) {
   return {max(S(low.x), min(a.x, S(high.x))), max(S(low.y), min(a.y, S(high.y))), max(S(low.z), min(a.z, S(high.z)))};
 }
+
+/// Result of the last query of a particle: its position (mesh's frame), the distance of the surface (m; negative
+/// inside; a lower bound where no triangle is near), and the closest triangle. A particle is queried again only when it
+/// may have come near, which does not change which contacts are found.
+struct ClosestPointRecord {
+  Vector3<double> at{};
+  double distance = -INFINITY;  // never queried: it may be as deep as the mesh is large
+  long long triangle = -1;
+  Vector3<double> tunnel_offset{};  // m, offset through the surface of a particle that was forced through it
+  double overlap = 0;  // m, by which it may stay nearer than the thickness, because it was at its first query
+
+  /// Returns true if no surface lies between a and b: both are within the distance of the surface.
+  KERNEL bool is_path_clear(const Vector3<double>& a, const Vector3<double>& b) const {
+    return holds(a, at, distance) && holds(b, at, distance);
+  }
+};
+
+/// Record of a mesh-particle pair, for checkpoints; pair = mesh * particles + particle.
+struct PairRecord {
+  long long pair = 0;
+  ClosestPointRecord record;
+};
+
+/// What a slot has beside its contact.
+struct ProximityRecord {
+  ClosestPointRecord record;
+  ClosestFeature feature;
+};
+
+/// Lets particles keep their overlap, up to max_overlap, as at a first query within the thickness on either side.
+struct KeepOverlap {
+  ProximityRecord* near;
+  double max_overlap;  // m
+  KERNEL void operator()(int slot) const { near[slot].record.overlap = max_overlap; }
+};
 
 /// Bounding box of a group of particles at their last query (m, mesh's frame), for a test of the whole group. A
 /// particle without an entry of its own counts as queried at the point of the box that is nearest to it.
@@ -80,24 +129,6 @@ struct GroupEntries {
   }
 };
 
-/// A point box at the middle of the first n entries, for a group whose distance exceeds four times its radius;
-/// otherwise with distance 0.
-KERNEL GroupBox point_box_of(const GroupEntries& entries, int n) {
-  const auto middle = [&](const float* a) KERNEL_LAMBDA {
-    float least = a[0], most = least;
-    for (int k = 1; k < n; ++k) least = a[k] < least ? a[k] : least, most = a[k] > most ? a[k] : most;
-    return (least + most) / 2;
-  };
-  const Vector3<float> c{middle(entries.x), middle(entries.y), middle(entries.z)};
-  float most = 0, nearest = entries.distance[0];
-  for (int k = 0; k < n; ++k) {
-    const Vector3<float> d{entries.x[k] - c.x, entries.y[k] - c.y, entries.z[k] - c.z};
-    most = max(most, dot(d, d)), nearest = entries.distance[k] < nearest ? entries.distance[k] : nearest;
-  }
-  const float radius = 1.00001f * sqrt(most);
-  return {c, {0, 0, 0}, nearest > 4 * radius ? 0.99999f * (nearest - radius) : 0};
-}
-
 /// Position of a particle in a mesh's frame, in float as entries store it.
 template <class R>
 KERNEL Vector3<float> to_local_float(const Pose& mesh, const Vector3<R>& x) {
@@ -115,7 +146,7 @@ struct AllocationCount {
 
 /// The cache of one mesh. Its pools have capacity for the entries and the slots of all particles that are queried.
 template <class R>
-struct ContactCacheView {
+struct ProximityCacheView {
   GroupBox* boxes;
   int* entry_index;                           // of each group: index into `entries`; none: -1
   GroupEntries* entries;                      // of the groups with entries
@@ -223,7 +254,7 @@ struct ContactCacheView {
 template <class R>
 struct CompactSlots {
   using RunsOnHost = void;
-  ContactCacheView<R> cache;
+  ProximityCacheView<R> cache;
   ProximityRecord* near_to;
   Contact<R>* contacts_to;
   KERNEL void operator()(int) const {
@@ -242,7 +273,7 @@ struct CompactSlots {
 template <class R>
 struct CompactEntries {
   using RunsOnHost = void;
-  ContactCacheView<R> cache;
+  ProximityCacheView<R> cache;
   GroupEntries* to;
   KERNEL void operator()(int) const {
     int kept = 0;
@@ -253,25 +284,6 @@ struct CompactEntries {
       ++kept;
     }
     *cache.entry_count = {kept, 0};
-  }
-};
-
-/// Invalidates contacts before detection, except resting ones: the same position and a displacement up to max_path (m;
-/// below 0: none, as for a moving mesh) give the same contact.
-template <class R>
-struct InvalidateContacts {
-  Contact<R>* contacts;
-  Displaced<R> p;
-  double max_path;
-  KERNEL void operator()(int s) const {
-    Contact<R>& contact = contacts[s];
-    const int i = contact.particle;
-    if (i < 0 || max_path < 0 || !same(p.x[i], contact.cached_position)) return invalidate(contact);
-    const Vector3<double> path = in_double(p.d[i]);
-    if (!(dot(path, path) <= max_path * max_path)) return invalidate(contact);
-    contact.lambda = R(0);
-    contact.friction_displacement = {R(0), R(0), R(0)};
-    contact.surface.w = R(dot(in_double(contact.plane.xyz()), path));
   }
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/environment/surface.h"
+#include "host/environment/closest_point_index.h"
 
 #include <gtest/gtest.h>
 
@@ -36,7 +36,7 @@ Mesh wedge() {
 /// Closest points and their signs against brute force, for points around the mesh.
 void expect_as_brute_force(const Mesh& mesh, unsigned seed, int points) {
   const Device device;
-  const Surface surface(device, mesh);
+  const ClosestPointIndex surface(device, mesh);
   const BruteForce brute(mesh);
   Random random(seed);
   int inside = 0, outside = 0;
@@ -60,19 +60,21 @@ void expect_as_brute_force(const Mesh& mesh, unsigned seed, int points) {
   EXPECT_GT(outside, points / 10);
 }
 
-TEST(Surface, ClosestPointAndSideAreThoseOfBruteForceOnASphere) {
+TEST(ClosestPointIndex, ClosestPointAndSideAreThoseOfBruteForceOnASphere) {
   expect_as_brute_force(generate(SphereShape{1, 2}), 1, 2000);
 }
 
-TEST(Surface, ClosestPointAndSideAreThoseOfBruteForceOnABox) {
+TEST(ClosestPointIndex, ClosestPointAndSideAreThoseOfBruteForceOnABox) {
   expect_as_brute_force(generate(BoxShape{{1, 0.3, 2}, {2, 1, 3}}), 2, 2000);
 }
 
-TEST(Surface, ClosestPointAndSideAreThoseOfBruteForceOnASharpWedge) { expect_as_brute_force(wedge(), 3, 3000); }
+TEST(ClosestPointIndex, ClosestPointAndSideAreThoseOfBruteForceOnASharpWedge) {
+  expect_as_brute_force(wedge(), 3, 3000);
+}
 
-TEST(Surface, TellsTheSideByThePseudonormalWhereAFaceNormalWouldNot) {
+TEST(ClosestPointIndex, TellsTheSideByThePseudonormalWhereAFaceNormalWouldNot) {
   const Device device;
-  const Surface surface(device, wedge());
+  const ClosestPointIndex surface(device, wedge());
   // Beyond the ridge the point is nearer to the plane of one face: it is outside, though behind the other face.
   const Point p{0.1, 0.02, 0.1};
   const ClosestPoint found = surface.closest(p, 1);
@@ -85,10 +87,10 @@ TEST(Surface, TellsTheSideByThePseudonormalWhereAFaceNormalWouldNot) {
   EXPECT_NEAR(norm(found.normal - Point{0, 1, 0}), 0, 1e-12);
 }
 
-TEST(Surface, PseudonormalsOfCornersDoNotDependOnHowTheyAreCutIntoTriangles) {
+TEST(ClosestPointIndex, PseudonormalsOfCornersDoNotDependOnHowTheyAreCutIntoTriangles) {
   // A box corner has three right angles, however its quads are split: the normal is the diagonal.
   const Device device;
-  const Surface surface(device, generate(BoxShape{{2, 2, 2}, {1, 1, 1}}));
+  const ClosestPointIndex surface(device, generate(BoxShape{{2, 2, 2}, {1, 1, 1}}));
   for (const double x : {-1.0, 1.0})
     for (const double y : {-1.0, 1.0})
       for (const double z : {-1.0, 1.0}) {
@@ -97,9 +99,9 @@ TEST(Surface, PseudonormalsOfCornersDoNotDependOnHowTheyAreCutIntoTriangles) {
       }
 }
 
-TEST(Surface, FindsNothingBeyondTheRadius) {
+TEST(ClosestPointIndex, FindsNothingBeyondTheRadius) {
   const Device device;
-  const Surface surface(device, generate(BoxShape{{2, 2, 2}, {2, 2, 2}}));
+  const ClosestPointIndex surface(device, generate(BoxShape{{2, 2, 2}, {2, 2, 2}}));
   EXPECT_FALSE(surface.closest({0, 1.5, 0}, 0.4999).found);
   EXPECT_TRUE(surface.closest({0, 1.5, 0}, 0.5001).found);
   EXPECT_FALSE(surface.closest({0, 1.5, 0}, 0).found);
@@ -114,9 +116,9 @@ TEST(Surface, FindsNothingBeyondTheRadius) {
   }
 }
 
-TEST(Surface, FindsTheBoundaryOfAnOpenMesh) {
+TEST(ClosestPointIndex, FindsTheBoundaryOfAnOpenMesh) {
   const Device device;
-  const Surface surface(device, generate(GridShape{{1, 1}, {4, 4}}));
+  const ClosestPointIndex surface(device, generate(GridShape{{1, 1}, {4, 4}}));
   for (const double side : {-1.0, 1.0}) {
     EXPECT_FALSE(surface.closest({0.5, 0.1 * side, 0.5}, 1).boundary) << "a vertex inside";
     EXPECT_FALSE(surface.closest({0.6, 0.1 * side, 0.5}, 1).boundary) << "an edge inside";
@@ -132,10 +134,10 @@ TEST(Surface, FindsTheBoundaryOfAnOpenMesh) {
   }
 }
 
-TEST(Surface, AKnownTriangleChangesNothing) {
+TEST(ClosestPointIndex, AKnownTriangleChangesNothing) {
   const Device device;
   const Mesh mesh = generate(SphereShape{1, 3});
-  const Surface surface(device, mesh);
+  const ClosestPointIndex surface(device, mesh);
   Random random(4);
   for (int i = 0; i < 1000; ++i) {
     const Point p = i % 4 == 0 ? at(mesh.points[i % 642]) * random(0.5, 1.5) : random.in_cube(1.5);
@@ -149,10 +151,10 @@ TEST(Surface, AKnownTriangleChangesNothing) {
   }
 }
 
-TEST(Surface, CrossingIsTheFirstOfBruteForce) {
+TEST(ClosestPointIndex, CrossingIsTheFirstOfBruteForce) {
   const Device device;
   for (const Mesh& mesh : {generate(SphereShape{1, 3}), wedge(), generate(BoxShape{{1, 1, 1}, {3, 3, 3}})}) {
-    const Surface surface(device, mesh);
+    const ClosestPointIndex surface(device, mesh);
     const BruteForce brute(mesh);
     Random random(5);
     int hits = 0;
@@ -177,10 +179,10 @@ TEST(Surface, CrossingIsTheFirstOfBruteForce) {
   }
 }
 
-TEST(Surface, CrossingLiesOnTheSphereWhereTheLineEntersIt) {
+TEST(ClosestPointIndex, CrossingLiesOnTheSphereWhereTheLineEntersIt) {
   const Device device;
   const Mesh mesh = generate(SphereShape{1, 5});
-  const Surface surface(device, mesh);
+  const ClosestPointIndex surface(device, mesh);
   double longest = 0;
   for (const Edge& e : edges(mesh)) longest = std::max(longest, norm(at(mesh.points[e[0]]) - at(mesh.points[e[1]])));
   Random random(6);
@@ -196,9 +198,9 @@ TEST(Surface, CrossingLiesOnTheSphereWhereTheLineEntersIt) {
   }
 }
 
-TEST(Surface, CrossingKeepsToTheSegmentAndWhatLiesBeyond) {
+TEST(ClosestPointIndex, CrossingKeepsToTheSegmentAndWhatLiesBeyond) {
   const Device device;
-  const Surface surface(device, generate(GridShape{{1, 1}, {3, 3}}));
+  const ClosestPointIndex surface(device, generate(GridShape{{1, 1}, {3, 3}}));
   const Point above{0.4, 0.5, 0.4};
   EXPECT_FALSE(surface.crossing(above, {0.4, 0.01, 0.4}, 0, true).hit);
   EXPECT_TRUE(surface.crossing(above, {0.4, 0.01, 0.4}, 0.011, true).hit);
@@ -206,9 +208,9 @@ TEST(Surface, CrossingKeepsToTheSegmentAndWhatLiesBeyond) {
   EXPECT_FALSE(surface.crossing(above, above, 1, true).hit) << "no way, no crossing";
 }
 
-TEST(Surface, FrontOnlyPassesBacksAndGoesOnToTheNextFront) {
+TEST(ClosestPointIndex, FrontOnlyPassesBacksAndGoesOnToTheNextFront) {
   const Device device;
-  const Surface sheet(device, generate(GridShape{{1, 1}, {3, 3}}));
+  const ClosestPointIndex sheet(device, generate(GridShape{{1, 1}, {3, 3}}));
   EXPECT_FALSE(sheet.crossing({0.4, -0.5, 0.4}, {0.4, 0.5, 0.4}, 0, true).hit);
   EXPECT_TRUE(sheet.crossing({0.4, -0.5, 0.4}, {0.4, 0.5, 0.4}, 0, false).hit);
   // From one box into the next: the back of the first does not hide the front of the second.
@@ -220,15 +222,15 @@ TEST(Surface, FrontOnlyPassesBacksAndGoesOnToTheNextFront) {
     for (int& corner : face) corner += first;
     two.faces.push_back(face);
   }
-  const Crossing found = Surface(device, two).crossing({0.1, 0.1, 0.1}, {3.1, 0.1, 0.1}, 0, true);
+  const Crossing found = ClosestPointIndex(device, two).crossing({0.1, 0.1, 0.1}, {3.1, 0.1, 0.1}, 0, true);
   ASSERT_TRUE(found.hit);
   EXPECT_NEAR(found.q.x, 2.5, 1e-6);
 }
 
-TEST(Surface, StartingOnTheSurfaceCrossesGoingInAndNotGoingOut) {
+TEST(ClosestPointIndex, StartingOnTheSurfaceCrossesGoingInAndNotGoingOut) {
   const Device device;
   const Mesh mesh = generate(SphereShape{1, 3});
-  const Surface surface(device, mesh);
+  const ClosestPointIndex surface(device, mesh);
   Random random(7);
   for (int i = 0; i < 1000; ++i) {
     const Point towards = i < 642 ? at(mesh.points[i]) : random.direction();
@@ -243,9 +245,10 @@ TEST(Surface, StartingOnTheSurfaceCrossesGoingInAndNotGoingOut) {
   }
 }
 
-TEST(Surface, WhatMovesAwayFromATwoSidedSurfaceDoesNotCrossItHoweverNearItStarts) {
+TEST(ClosestPointIndex, WhatMovesAwayFromATwoSidedSurfaceDoesNotCrossItHoweverNearItStarts) {
   const Device device;
-  const Surface surface(device, generate(GridShape{{1000, 1000}, {10, 10}}));  // the surface's tolerance is 7 mm
+  const ClosestPointIndex surface(device,
+                                  generate(GridShape{{1000, 1000}, {10, 10}}));  // the surface's tolerance is 7 mm
   for (const double side : {-1.0, 1.0})
     for (const double gap : {1e-6, 1e-4, 5e-3, 6e-3, 8e-3}) {
       const Point start{421, gap * side, 333};
@@ -254,11 +257,11 @@ TEST(Surface, WhatMovesAwayFromATwoSidedSurfaceDoesNotCrossItHoweverNearItStarts
     }
 }
 
-TEST(Surface, HasNoGapsAtVerticesAndEdgesHoweverLongTheWay) {
+TEST(ClosestPointIndex, HasNoGapsAtVerticesAndEdgesHoweverLongTheWay) {
   const Device device;
   Mesh waves = generate(GridShape{{1, 1}, {40, 40}});
   for (Vec3& x : waves.points) x[1] = 0.05 * std::sin(7 * x[0]) * std::cos(5 * x[2]);
-  const Surface wavy(device, waves);
+  const ClosestPointIndex wavy(device, waves);
   Random random(10);
   for (const Vec3& x : waves.points) {
     const bool at_the_rim = x[0] == 0 || x[0] == 1 || x[2] == 0 || x[2] == 1;
@@ -269,7 +272,7 @@ TEST(Surface, HasNoGapsAtVerticesAndEdgesHoweverLongTheWay) {
     }
   }
   const Mesh mesh = generate(SphereShape{1, 3});
-  const Surface surface(device, mesh);
+  const ClosestPointIndex surface(device, mesh);
   const auto expect_hit = [&](const Point& on) {
     for (const double length : {0.01, 0.1, 1.0, 10.0, 100.0, 1000.0}) {
       Point in = -on + random.in_cube(0.5);
@@ -285,11 +288,11 @@ TEST(Surface, HasNoGapsAtVerticesAndEdgesHoweverLongTheWay) {
   for (const Edge& e : edges(mesh)) expect_hit((at(mesh.points[e[0]]) + at(mesh.points[e[1]])) * 0.5);
 }
 
-TEST(Surface, IsAsGoodFarFromTheOrigin) {
+TEST(ClosestPointIndex, IsAsGoodFarFromTheOrigin) {
   const Device device;
   const Mesh mesh = generate(SphereShape{1, 3});
   const Point far{1e5, -1e5, 1e5};
-  const Surface here(device, mesh), there(device, moved(mesh, far));
+  const ClosestPointIndex here(device, mesh), there(device, moved(mesh, far));
   Random random(8);
   for (int i = 0; i < 500; ++i) {
     const Point a = random.in_cube(2), b = random.in_cube(2);
@@ -303,10 +306,10 @@ TEST(Surface, IsAsGoodFarFromTheOrigin) {
   }
 }
 
-TEST(Surface, BoxDistanceIsALowerBoundAndZeroInside) {
+TEST(ClosestPointIndex, BoxDistanceIsALowerBoundAndZeroInside) {
   const Device device;
   const Mesh mesh = moved(generate(SphereShape{1, 2}), {2, 0, 0});
-  const Surface surface(device, mesh);
+  const ClosestPointIndex surface(device, mesh);
   EXPECT_NEAR(surface.diagonal(), 2 * std::sqrt(3.0), 0.1);
   EXPECT_EQ(surface.box_distance({2, 0, 0}), 0);
   EXPECT_NEAR(surface.box_distance({5, 0, 0}), 2, 0.06);
@@ -318,9 +321,9 @@ TEST(Surface, BoxDistanceIsALowerBoundAndZeroInside) {
   }
 }
 
-TEST(Surface, AnswersNothingForWhatIsNotFinite) {
+TEST(ClosestPointIndex, AnswersNothingForWhatIsNotFinite) {
   const Device device;
-  const Surface surface(device, generate(SphereShape{1, 2}));
+  const ClosestPointIndex surface(device, generate(SphereShape{1, 2}));
   const Point good{0.1, 0.2, 0.3};
   for (const double bad : {std::numeric_limits<double>::quiet_NaN(), kInfinite, -kInfinite, 1e30, -1e300}) {
     for (int axis = 0; axis < 3; ++axis) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/environment/surface.h"
+#include "host/environment/closest_point_index.h"
 
 #include <algorithm>
 #include <cmath>
@@ -23,7 +23,7 @@ std::array<float, 3> to_float(const Point& a) { return {float(a.x), float(a.y), 
 
 }  // namespace
 
-Surface::Surface(const Device& device, const Mesh& mesh) {
+ClosestPointIndex::ClosestPointIndex(const Device& device, const Mesh& mesh) {
   for (const Triangle& t : malha::triangles(mesh)) triangles_.push_back(t);
   const auto [low, high] = bounds_of(mesh.points);
   view_.centre = {(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, (low[2] + high[2]) / 2};
@@ -37,7 +37,7 @@ Surface::Surface(const Device& device, const Mesh& mesh) {
     for_embree.push_back(to_float(at));
   }
   scene_ = std::make_unique<TriangleScene>(device, for_embree, triangles_);
-  cells_ = std::make_unique<TriangleOctree>(*scene_, points_, triangles_, view_.half, skin_);
+  octree_ = std::make_unique<TriangleOctree>(*scene_, points_, triangles_, view_.half, skin_);
 
   corner_normals_.assign(points_.size(), Point{});
   std::map<std::pair<int, int>, std::pair<Point, int>> edges;  // sum of normals, number of faces
@@ -71,14 +71,14 @@ Surface::Surface(const Device& device, const Mesh& mesh) {
     edge_normals_.push_back(normals);
     rim_edges_.push_back(rim);
   }
-  view_.cells = cells_->mesh();
+  view_.cells = octree_->mesh();
   view_.face_normals = face_normals_.data(), view_.corner_normals = corner_normals_.data();
   view_.edge_normals = reinterpret_cast<const Point(*)[3]>(edge_normals_.data());
   view_.rim_edges = reinterpret_cast<const bool(*)[3]>(rim_edges_.data());
   view_.rim_corners = rim_corners_.data(), view_.needles = needles_.data();
 }
 
-ClosestPoint Surface::closest(const Point& a, double radius, int known_near) const {
+ClosestPoint ClosestPointIndex::closest(const Point& a, double radius, int known_near) const {
   const Point p = a - view_.centre;
   int nearest = -1;
   double least = radius;
@@ -100,7 +100,7 @@ ClosestPoint Surface::closest(const Point& a, double radius, int known_near) con
       view_.feature({nearest, least, nearest_on_triangle(p, point(c[0]), point(c[1]), point(c[2]))}), a);
 }
 
-Crossing Surface::crossing(const Point& a, const Point& b, double beyond, bool front_only) const {
+Crossing ClosestPointIndex::crossing(const Point& a, const Point& b, double beyond, bool front_only) const {
   const Point path = b - a;
   const double l = norm(path);
   if (!(l > 0)) return {};
@@ -113,7 +113,7 @@ Crossing Surface::crossing(const Point& a, const Point& b, double beyond, bool f
   return along(start + unit(cross(direction, other)) * skin_, direction, l + beyond, front_only);
 }
 
-Crossing Surface::along(const Point& start, const Point& direction, double far, bool front_only) const {
+Crossing ClosestPointIndex::along(const Point& start, const Point& direction, double far, bool front_only) const {
   // Only what lies within the mesh's bounding sphere, so that float is fine however long the path is.
   const double middle = -dot(start, direction), radius = norm(view_.half) + skin_;
   const double beside = norm(start + direction * middle);
@@ -137,9 +137,9 @@ Crossing Surface::along(const Point& start, const Point& direction, double far, 
   }
 }
 
-std::size_t Surface::bytes() const {
+std::size_t ClosestPointIndex::bytes() const {
   return points_.size() * (sizeof(points_[0]) + sizeof(Point) + sizeof(std::array<float, 3>)) +
-         triangles_.size() * (2 * sizeof(Triangle) + 4 * sizeof(Point) + 4) + cells_->bytes();
+         triangles_.size() * (2 * sizeof(Triangle) + 4 * sizeof(Point) + 4) + octree_->bytes();
 }
 
 }  // namespace malha

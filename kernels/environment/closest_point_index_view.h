@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// View of an environment mesh for queries without Embree, on the host and on a device: its octree
-// (kernels/environment/triangle_octree.h), normals, and closest points by the octree. In the mesh's frame, m.
+// View of the closest-point index of a mesh (host/environment/closest_point_index.h) for queries without Embree, on the
+// host and on a device: its octree, and the normals of its features. In the mesh's frame, m.
 #pragma once
 #include "kernels/environment/feature_cache.h"
 
@@ -17,7 +17,7 @@ struct ClosestPoint {
   bool boundary = false;  // on an edge or corner at the boundary of an open mesh
 };
 
-struct SurfaceView {
+struct ClosestPointIndexView {
   OctreeView cells;                            // the octree, with the corners and triangles
   const Point *face_normals, *corner_normals;  // unit
   const Point (*edge_normals)[3];              // unit; edge k joins corners k and k + 1
@@ -29,24 +29,18 @@ struct SurfaceView {
   KERNEL Point relative_to_centre(const Point& a) const { return a - centre; }
   KERNEL double diagonal() const { return 2 * norm(half); }
 
-  /// The leaf that contains a and has a usable list; 0: none.
-  KERNEL int cell_of(const Point& a) const {
+  /// The leaf that contains a and has a usable list; null: none.
+  KERNEL const OctreeNode* leaf_of(const Point& a) const {
     const OctreeKey key = octree_key(cells, a - centre);
-    if (!key.inside) return 0;
-    const int found = find_leaf(cells, key);
-    return found > 0 && cells.cells[found].count <= kMaxListLength ? found : 0;
+    const int found = key.inside ? find_leaf(cells, key) : 0;
+    return found > 0 && cells.cells[found].count <= kMaxListLength ? cells.cells + found : nullptr;
   }
   /// Prefetches the normal of a closest triangle.
   KERNEL void prefetch_normal(const ClosestTriangle& near) const {
     if (near.triangle >= 0 && near.where.corner < 0)
       prefetch(near.where.edge < 0 ? &face_normals[near.triangle] : &edge_normals[near.triangle][near.where.edge]);
   }
-  /// The closest triangle to a by the list of its leaf, compiled for an instruction set.
-  template <class Isa>
-  KERNEL ClosestTriangle nearest(const Point& a, int cell) const {
-    return closest_in_list<Isa>(cells, cells.cells[cell], a - centre);
-  }
-  /// The closest point within `radius` as a query of the whole mesh would find it, from the closest triangle.
+  /// The closest point within `radius` as a query of the whole mesh would find it, on the closest triangle.
   KERNEL ClosestPoint within(double radius, const ClosestTriangle& near, const Point& a) const {
     if (!(near.distance < radius) || near.triangle < 0) return {};
     return closest_point_on(feature(near), a);
