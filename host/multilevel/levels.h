@@ -55,9 +55,9 @@ class Levels {
     parallel_groups(team, 0, transfer.pieces(), {}, Prolongate<R>{transfer.from(levels_.front()), all.p.d});
   }
 
-  /// The same cycle where patch solves do the finest level's part: the last solves of a substep restrict what they
-  /// predict for the next one, whose first solves add the correction. What a step's first substep will predict is
-  /// restricted by a pass.
+  /// The same cycle where patch solves do the finest level's part: the last solves of a substep restrict to
+  /// restriction() what the next one predicts, and its first solves add prolongation(). solve_restricted() comes
+  /// between them. Before the first substep of a step restrict_prediction() restricts in a pass.
   RestrictionTarget<R> restriction() const {
     RestrictionTarget<R> target = levels_.front().target();
     target.origins = origins_.points();

@@ -44,9 +44,8 @@ struct SpeedLimit {
 /// The update of the state of particles by their last solve in a substep.
 template <class R>
 struct PatchUpdate {
-  int substep;                                 // from 1 on
-  int* non_finite;                             // of each patch: the first substep that left a particle without a finite
-                                               // position, or 0
+  int substep;      // from 1 on
+  int* non_finite;  // of each patch: the first substep that left a particle without a finite position, or 0
   Optional<RestrictionTarget<R>> restriction;  // particles of the coarser level, for their next prediction
   Optional<SpeedLimit<R>> speed_limit;
 };
