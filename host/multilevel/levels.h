@@ -154,7 +154,8 @@ class Levels {
   struct LevelData {
     Sweep<Executor, R, KindList<Coarse>> sweep;
     PointArray<Executor, R> x, restricted_d;  // of the particles; behind them the partial sums of restriction
-    PointArray<Executor, R> columns;          // corrections of the particles, in columns or in rows: the other is empty
+    PointArray<Executor, R> d;
+    PointArray<Executor, R> columns;  // corrections of the particles, in columns or in rows: the other is empty
     ScatteredArray<Executor, R> rows;
     Array<Executor, R> w;
     Array<Executor, int> place, rank;            // place: particle of each mean; rank: mean of each particle
@@ -162,7 +163,7 @@ class Levels {
     Array<Executor, int> summed, parts;
 
     LevelData(const Executor& executor, const Level& level, const MeanParts& means, bool in_columns, int threads)
-        : sweep(executor, level.model, threads), restriction(means.plan), parts(means.begin) {
+        : sweep(executor, level.model, threads), d(level.model.x.size()), restriction(means.plan), parts(means.begin) {
       const std::size_t n = level.particle.size();
       std::vector<Vec3> places = level.model.x;
       std::vector<int> all = level.particle, ranks(n), at;
@@ -185,12 +186,13 @@ class Levels {
     }
     Corrections<R> corrections() const { return {columns.points(), rows.points()}; }
     SolveCoarsePatch<R> make_solve() const {
-      return {sweep.data(), x.points(), restricted_d.points(), w.data(), corrections(), rank.data(), {}, Sweeps::Both};
+      return {sweep.data(), x.points(), restricted_d.points(), w.data(), d.points(), corrections(),
+              rank.data(),  {},         Sweeps::Both};
     }
     std::size_t bytes() const {
-      std::size_t sum = x.bytes() + restricted_d.bytes() + columns.bytes() + rows.bytes() + w.bytes() + place.bytes() +
-                        rank.bytes() + restriction.bytes() + prolongation.bytes() + summed.bytes() + parts.bytes() +
-                        sweep.facts().bytes;
+      std::size_t sum = x.bytes() + restricted_d.bytes() + d.bytes() + columns.bytes() + rows.bytes() + w.bytes() +
+                        place.bytes() + rank.bytes() + restriction.bytes() + prolongation.bytes() + summed.bytes() +
+                        parts.bytes() + sweep.facts().bytes;
       for (const SetStats& set : sweep.set_facts()) sum += set.bytes;
       return sum;
     }

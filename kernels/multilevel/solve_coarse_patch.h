@@ -12,12 +12,12 @@ template <class R>
 struct SolveCoarsePatch {
   using Shared = void;
   PatchData<R> data;
-  Points<R> x;             // position at the start of the substep, relative to the body's origin, m
-  Points<R> restricted_d;  // restricted displacement, m
-  const R* w;              // 1/kg, 0 where pinned
-  Corrections<R> delta;    // result: displacement less restricted_d, m; of particles that are solved again, the
-                           // displacement between the solves
-  const int* rank;         // of each particle
+  Points<R> x;                                 // position at the start of the substep, relative to the body's origin, m
+  Points<R> restricted_d;                      // restricted displacement, m
+  const R* w;                                  // 1/kg, 0 where pinned
+  Points<R> d;                                 // displacement of particles that are solved again, between the solves, m
+  Corrections<R> delta;                        // result: displacement less restricted_d, m
+  const int* rank;                             // of each particle
   Optional<ProlongationView<R>> prolongation;  // from the next coarser level, if there is one
   Sweeps sweeps;                               // both halve the error of one for a tenth of a step's time
 
@@ -65,10 +65,8 @@ struct SolveCoarsePatch {
   template <class Group, class Local>
   KERNEL void load_displacements(const Group& group, const Segment& segment, const Local& local) const {
     if (!segment.movable) return;
-    delta.with_layout([&](const auto& from) KERNEL_LAMBDA {
-      for_each_pack<R>(group, segment.count, [&]<class T>(int i, T) KERNEL_LAMBDA {
-        local.store_displacement(segment.local + i, gather_points<T>(from, rank + segment.global + i));
-      });
+    for_each_pack<R>(group, segment.count, [&]<class T>(int i, T) KERNEL_LAMBDA {
+      local.store_displacement(segment.local + i, load_points<T>(d, segment.global + i));
     });
   }
 
@@ -77,10 +75,12 @@ struct SolveCoarsePatch {
     const bool last = goes_backward(sweeps) && segment.last_solve;
     delta.with_layout([&](const auto& to) KERNEL_LAMBDA {
       for_each_pack<R>(group, segment.count, [&]<class T>(int i, T) KERNEL_LAMBDA {
-        Vector3<T> displacement = local.template load_displacement<T>(segment.local + i);
+        const Vector3<T> displacement = local.template load_displacement<T>(segment.local + i);
         const int at = segment.global + i;
-        if (last) displacement = displacement - load_points<T>(restricted_d, at);
-        scatter_points(to, rank + at, displacement);
+        if (last)
+          scatter_points(to, rank + at, displacement - load_points<T>(restricted_d, at));
+        else
+          store_points(d, at, displacement);
       });
     });
   }

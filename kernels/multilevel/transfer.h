@@ -103,22 +103,7 @@ struct Prolongate {
   }
 };
 
-/// Gathers a point, or the points of a pack, from points[place[0]], points[place[1]], ..., or scatters them there.
-template <class T, class Store>
-KERNEL Vector3<T> gather_points(const Store& points, const int* place) {
-  if constexpr (sizeof(T) == sizeof(typename RealOf<T>::type)) {
-    return points[*place];
-  } else {
-    typename RealOf<T>::type x[T::lanes], y[T::lanes], z[T::lanes];
-    for (int i = 0; i < T::lanes; ++i) {
-      const auto one = points[place[i]];
-      x[i] = one.x, y[i] = one.y, z[i] = one.z;
-    }
-    Vector3<T> a;
-    load(x, a.x), load(y, a.y), load(z, a.z);
-    return a;
-  }
-}
+/// Scatters a point, or the points of a pack, to points[place[0]], points[place[1]], ...
 template <class T, class Store>
 KERNEL void scatter_points(const Store& points, const int* place, const Vector3<T>& a) {
   if constexpr (sizeof(T) == sizeof(typename RealOf<T>::type))
