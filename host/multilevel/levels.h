@@ -45,68 +45,56 @@ class Levels {
           plan_means(levels.front().prolongation, goals_in_order(levels.front().prolongation, kPiece)));
   }
 
-  /// The coarse correction that a predicting solve of the finest level adds.
-  ProlongationView<R> prolongation() const { return prolongation_view(prolongation_, levels_.front()); }
-  /// Target of the restriction of the next prediction by the last solves of the finest level.
+  /// The cycle of a substep: particles are restricted level by level to the coarsest, the levels are solved from there,
+  /// each with the correction that is prolongated from the level before, and the last correction is prolongated to p.
+  template <class Team>
+  void apply_coarse_correction(const Team& team, const Sweep<Executor, R>& finest, const Particles<R>& all) const {
+    restrict_patches(team, finest, {all.p, all.w, {}}, restriction());
+    solve_restricted(team);
+    const TransferOperator& transfer = unfused_prolongation_.bytes() > 0 ? unfused_prolongation_ : prolongation_;
+    parallel_groups(team, 0, transfer.pieces(), {}, Prolongate<R>{transfer.from(levels_.front()), all.p.d});
+  }
+
+  /// The same cycle where patch solves do the finest level's part: the last solves of a substep restrict to
+  /// restriction() what the next one predicts, and its first solves add prolongation(). solve_restricted() comes
+  /// between them. Before the first substep of a step restrict_prediction() restricts in a pass.
   RestrictionTarget<R> restriction() const {
-    RestrictionTarget<R> target = target_of(levels_.front());
+    RestrictionTarget<R> target = levels_.front().target();
     target.origins = origins_.points();
     return target;
   }
+  template <class Team>
+  void restrict_prediction(const Team& team, const Sweep<Executor, R>& finest, const SolvePatch<R>& solve) const {
+    const Particles<R>& all = solve.particles;
+    restrict_patches(team, finest, {all.p, all.w, FreeFall<R>{all.v, solve.dt, solve.gravity}}, restriction());
+  }
+  template <class Team>
+  void solve_restricted(const Team& team) const {
+    LapTimer lap(is_leader(team) ? &seconds_ : nullptr);
+    sum_parts(team, levels_.front());
+    lap(0);
+    for (std::size_t l = 1; l < levels_.size(); ++l) {
+      const LevelData& finer = levels_[l - 1];
+      restrict_patches(team, finer.sweep, {finer.restricted(), finer.w.data(), {}}, levels_[l].target());
+      sum_parts(team, levels_[l]);
+      lap(l);
+    }
+    for (std::size_t l = levels_.size(); l-- > 0;) {
+      SolveCoarsePatch<R> solve = levels_[l].make_solve();
+      if (l + 1 < levels_.size()) solve.prolongation = levels_[l].prolongation.from(levels_[l + 1]);
+      levels_[l].sweep(team, solve);
+      lap(l);
+    }
+  }
+  ProlongationView<R> prolongation() const { return prolongation_.from(levels_.front()); }
 
   /// Sets the origins of bodies for a step, so that rounding is relative to the size of bodies, wherever they are.
   void set_origins(const Executor& executor, const Points<R>& x) const {
     parallel_for(executor, static_cast<int>(islands_.size()), SetOrigins<R>{x, islands_.data(), origins_.points()});
   }
-  /// Restricts the positions that a predicting solve will compute to the finest of these levels.
-  template <class Team>
-  void restrict_prediction(const Team& team, const Sweep<Executor, R>& finest, const SolvePatch<R>& solve) const {
-    const Particles<R>& all = solve.particles;
-    restrict_to(team, finest, {all.p, all.v, all.w, origins_.points(), solve.dt, solve.gravity}, levels_.front());
-  }
-  /// Adds the partial sums that the patches stored, after solves that restricted.
-  template <class Team>
-  void add_partial_sums(const Team& team) const {
-    add_partial_sums(team, levels_.front());
-  }
 
-  /// Restricts the particles level by level to the coarsest, then sweeps all levels, the coarsest first.
-  template <class Team>
-  void sweep(const Team& team) const {
-    LapTimer lap(is_leader(team) ? &seconds_ : nullptr);
-    for (std::size_t l = 1; l < levels_.size(); ++l) {
-      const LevelData& finer = levels_[l - 1];
-      restrict_to(team, finer.sweep, {finer.restricted(), {}, finer.w.data(), {}, R(0), {}}, levels_[l]);
-      lap(l);
-    }
-    for (std::size_t l = levels_.size(); l-- > 0;) {
-      const LevelData& own = levels_[l];
-      SolveCoarsePatch<R> solve{};
-      own.sweep.fill(solve);
-      solve.x = own.x.points(), solve.restricted_d = own.restricted_d.points(), solve.d = own.d.points();
-      solve.w = own.w.data();
-      if (own.columns)
-        solve.delta = own.delta.points();
-      else
-        solve.delta_rows = own.delta_rows.points();
-      solve.rank = own.rank.data();
-      if (l + 1 < levels_.size()) solve.prolongation = prolongation_view(own.prolongation, levels_[l + 1]);
-      own.sweep(team, solve);
-      lap(l);
-    }
-  }
-  /// Time that sweep() took for each level, s.
+  /// Time that the cycles took for each level, s.
   const std::vector<double>& seconds_of_each() const { return seconds_; }
-
-  /// Restricts predicted particles p, sweeps the levels, and adds the correction to p.
-  template <class Team>
-  void apply_coarse_correction(const Team& team, const Sweep<Executor, R>& finest, const Particles<R>& all) const {
-    restrict_to(team, finest, {all.p, {}, all.w, origins_.points(), R(0), {}}, levels_.front());
-    sweep(team);
-    const TransferOperator& transfer = unfused_prolongation_.bytes() > 0 ? unfused_prolongation_ : prolongation_;
-    parallel_groups(team, 0, transfer.pieces(), {},
-                    Prolongate<R>{prolongation_view(transfer, levels_.front()), all.p.d});
-  }
 
   std::vector<LevelStats> facts() const {
     std::vector<LevelStats> all;
@@ -144,6 +132,7 @@ class Levels {
     std::chrono::steady_clock::time_point start_;
   };
 
+  struct LevelData;
   /// Restriction or prolongation in the executor's memory.
   struct TransferOperator {
     Array<Executor, int> begin;
@@ -157,6 +146,8 @@ class Levels {
     }
     int pieces() const { return static_cast<int>(begin.size()) - 1; }
     MeansView<R> view() const { return {begin.data(), runs.data(), terms.data()}; }
+    /// The prolongation of a level's corrections.
+    ProlongationView<R> from(const LevelData& level) const { return {view(), level.corrections()}; }
     std::size_t bytes() const { return begin.bytes() + runs.bytes() + terms.bytes(); }
   };
 
@@ -164,20 +155,15 @@ class Levels {
     Sweep<Executor, R, KindList<Coarse>> sweep;
     PointArray<Executor, R> x, restricted_d;  // of the particles; behind them the partial sums of restriction
     PointArray<Executor, R> d;
-    PointArray<Executor, R> delta;
-    ScatteredArray<Executor, R> delta_rows;  // only one of delta and delta_rows is used
+    PointArray<Executor, R> columns;  // corrections of the particles, in columns or in rows: the other is empty
+    ScatteredArray<Executor, R> rows;
     Array<Executor, R> w;
     Array<Executor, int> place, rank;            // place: particle of each mean; rank: mean of each particle
     TransferOperator restriction, prolongation;  // prolongation: from the next coarser level
     Array<Executor, int> summed, parts;
-    bool columns;
 
     LevelData(const Executor& executor, const Level& level, const MeanParts& means, bool in_columns, int threads)
-        : sweep(executor, level.model, threads),
-          d(level.model.x.size()),
-          restriction(means.plan),
-          parts(means.begin),
-          columns(in_columns) {
+        : sweep(executor, level.model, threads), d(level.model.x.size()), restriction(means.plan), parts(means.begin) {
       const std::size_t n = level.particle.size();
       std::vector<Vec3> places = level.model.x;
       std::vector<int> all = level.particle, ranks(n), at;
@@ -187,16 +173,24 @@ class Levels {
       std::vector<R> inverse(level.model.w.begin(), level.model.w.end());
       inverse.resize(n + kSlotPack);  // so that a pack that starts at the last particle reads inside the array
       x = PointArray<Executor, R>(places), restricted_d = PointArray<Executor, R>(places.size());
-      if (columns)
-        delta = PointArray<Executor, R>(n);
+      if (in_columns)
+        columns = PointArray<Executor, R>(n);
       else
-        delta_rows = ScatteredArray<Executor, R>(n);
+        rows = ScatteredArray<Executor, R>(n);
       w = Array<Executor, R>(inverse);
       place = Array<Executor, int>(all), rank = Array<Executor, int>(ranks), summed = Array<Executor, int>(at);
     }
     Displaced<R> restricted() const { return {x.points(), restricted_d.points(), {}}; }
+    RestrictionTarget<R> target() const {
+      return {restriction.view(), place.data(), x.points(), restricted_d.points(), {}};
+    }
+    Corrections<R> corrections() const { return {columns.points(), rows.points()}; }
+    SolveCoarsePatch<R> make_solve() const {
+      return {sweep.data(), x.points(), restricted_d.points(), w.data(), d.points(), corrections(),
+              rank.data(),  {},         Sweeps::Both};
+    }
     std::size_t bytes() const {
-      std::size_t sum = x.bytes() + restricted_d.bytes() + d.bytes() + delta.bytes() + delta_rows.bytes() + w.bytes() +
+      std::size_t sum = x.bytes() + restricted_d.bytes() + d.bytes() + columns.bytes() + rows.bytes() + w.bytes() +
                         place.bytes() + rank.bytes() + restriction.bytes() + prolongation.bytes() + summed.bytes() +
                         parts.bytes() + sweep.facts().bytes;
       for (const SetStats& set : sweep.set_facts()) sum += set.bytes;
@@ -204,25 +198,14 @@ class Levels {
     }
   };
 
-  static ProlongationView<R> prolongation_view(const TransferOperator& prolongation, const LevelData& level) {
-    if (!level.columns) return {prolongation.view(), {}, {level.delta_rows.points().of, nullptr}};
-    const Points<R> delta = level.delta.points();
-    return {prolongation.view(), SoaView<R>{delta.x, delta.y, delta.z, nullptr, nullptr, nullptr, nullptr}, {}};
-  }
-
-  static RestrictionTarget<R> target_of(const LevelData& level) {
-    return {level.restriction.view(), level.place.data(), level.x.points(), level.restricted_d.points(), {}};
-  }
-
   template <class Team, class Finer>
-  static void restrict_to(const Team& team, const Finer& finer, const PredictedParticles<R>& particles,
-                          const LevelData& level) {
-    Restrict<R> restrict_patches{nullptr, nullptr, particles, target_of(level)};
-    finer.for_each_patch(team, restrict_patches);
-    add_partial_sums(team, level);
+  static void restrict_patches(const Team& team, const Finer& finer, const RestrictedParticles<R>& particles,
+                               const RestrictionTarget<R>& target) {
+    finer.for_each_patch(team, Restrict<R>{finer.data(), particles, target});
   }
+  /// Adds the partial sums of means whose particles lie in several patches.
   template <class Team>
-  static void add_partial_sums(const Team& team, const LevelData& level) {
+  static void sum_parts(const Team& team, const LevelData& level) {
     const SumPartialRestrictions<R> add{level.summed.data(), level.parts.data(), level.x.points(),
                                         level.restricted_d.points()};
     parallel_pieces(team, static_cast<int>(level.summed.size()), kPiece, add);

@@ -176,9 +176,10 @@ class Planner {
 std::vector<ColourSweep> sweep_order(int colours) {
   std::vector<ColourSweep> all;
   const int turn = colours - 2;
-  for (int colour = 0; colour <= turn; ++colour) all.push_back({colour, true, colour == turn});
-  for (int colour = turn - 1; colour >= 0; --colour) all.push_back({colour, false, true});
-  if (colours > 0) all.push_back({colours - 1, true, true});
+  for (int colour = 0; colour < turn; ++colour) all.push_back({colour, Sweeps::Forward});
+  if (turn >= 0) all.push_back({turn, Sweeps::Both});
+  for (int colour = turn - 1; colour >= 0; --colour) all.push_back({colour, Sweeps::Backward});
+  if (colours > 0) all.push_back({colours - 1, Sweeps::Both});
   return all;
 }
 

@@ -35,11 +35,10 @@ struct PatchPlan {
   std::size_t bytes() const;  // of patches, segments and batches
 };
 
-/// One launch over the patches of a colour, and the sweeps over their constraints that it does.
+/// One launch over the patches of a colour.
 struct ColourSweep {
   int colour;
-  bool forward, backward;
-  int sweeps() const { return forward + backward; }
+  Sweeps sweeps;
 };
 
 /// The launches of an iteration, in order (kernels/patch/solve_patch.h).

@@ -41,7 +41,8 @@ class Sweep {
         kNumbersPerParticle * std::size_t(plan.most_slots) + (stores_distance(Kinds{}) ? plan.most_constraints : 0);
     memory_bytes_ = (numbers * sizeof(R) / 128 + 1) * 128 + 64;
     memory_ = Array<Executor, char>(memory_bytes_ * threads, 0);
-    prefetches_ = model.x.size() * 10 * sizeof(R) > kCache;
+    data_ = {patches_.data(), segments_.data(), batches_.data(), views_.data(),
+             model.x.size() * 10 * sizeof(R) > kCache};
     note_facts(model, plan);
   }
 
@@ -57,43 +58,29 @@ class Sweep {
     repeated_region(executor_, width_, recording, key, work);
   }
 
-  /// Fills in the data of the patches.
-  template <class Solve>
-  void fill(Solve& solve) const {
-    solve.patches = patches_.data(), solve.segments = segments_.data(), solve.batches = batches_.data();
-    solve.sets = views_.data(), solve.prefetches = prefetches_;
-  }
+  const PatchData<R>& data() const { return data_; }
 
   /// Runs a kernel on every patch once, in any order.
-  template <class Team, class Solve>
-  void for_each_patch(const Team& team, Solve& solve) const {
-    solve.patches = patches_.data(), solve.segments = segments_.data();
-    parallel_groups(team, 0, static_cast<int>(patches_.size()), {memory_.data(), memory_bytes_}, solve);
+  template <class Team, class Kernel>
+  void for_each_patch(const Team& team, const Kernel& kernel) const {
+    parallel_groups(team, 0, static_cast<int>(patches_.size()), {memory_.data(), memory_bytes_}, kernel);
   }
 
-  /// A solve that neither predicts nor updates.
+  /// A solve of a further iteration, that does not update the state.
   SolvePatch<R> make_solve(const Particles<R>& particles, double h, const Vector3<R>& gravity) const {
-    SolvePatch<R> solve{};
-    fill(solve);
-    solve.particles = particles;
-    solve.dt = R(h), solve.per_dt = R(1 / h), solve.gravity = gravity;
-    solve.non_finite = non_finite_.data();
-    return solve;
+    return {data_, particles, R(h), R(1 / h), gravity, {}, {}, Sweeps::Both};
   }
+  /// The state update of a substep, counted from 1.
+  PatchUpdate<R> make_update(int substep) const { return {substep, non_finite_.data(), {}, {}}; }
 
   /// One iteration: every constraint in a forward and a backward sweep.
   template <class Team, class Solve>
-  void operator()(const Team& team, const Solve& solve) const {
-    solve_first_colour(team, solve), solve_other_colours(team, solve);
-  }
-  /// The first launch of an iteration, over the patches of one colour, and the others.
-  template <class Team, class Solve>
-  void solve_first_colour(const Team& team, const Solve& solve) const {
-    solve_colours(team, solve, 0, 1);
-  }
-  template <class Team, class Solve>
-  void solve_other_colours(const Team& team, const Solve& solve) const {
-    solve_colours(team, solve, 1, order_.size());
+  void operator()(const Team& team, Solve solve) const {
+    for (const ColourSweep& launch : order_) {
+      solve.sweeps = launch.sweeps;
+      solve_patches(team, solve, colour_begin_[launch.colour], colour_begin_[launch.colour + 1],
+                    {memory_.data(), memory_bytes_});
+    }
   }
 
   /// The lowest user index of the particles without a finite position x in the patches where one appeared first; -1:
@@ -127,11 +114,8 @@ class Sweep {
   /// Allocates memory for speed limits.
   void allocate_speed_limit() { too_fast_ = Array<Executor, int>(2 * patches_.size(), 0); }
   void start_speed_limit() { Memory<Executor>::fill(too_fast_.data(), too_fast_.size(), 0); }
-  /// Makes a solve of a substep, counted from 1, record particles that are faster than `speed` (m/s).
-  void set_speed_limit(double speed, SolvePatch<R>& solve) const {
-    solve.max_speed2 = R(speed) * R(speed);
-    solve.too_fast = speed_buffer(solve.substep);
-  }
+  /// A limit of `speed` (m/s) for a substep, counted from 1.
+  SpeedLimit<R> speed_limit(double speed, int substep) const { return {R(speed) * R(speed), speed_buffer(substep)}; }
   bool speed_exceeded(int substep) const {
     return Memory<Executor>::has(speed_buffer(substep), patches_.size(), substep);
   }
@@ -144,15 +128,6 @@ class Sweep {
   const std::vector<SetStats>& set_facts() const { return set_facts_; }
 
  private:
-  template <class Team, class Solve>
-  void solve_colours(const Team& team, Solve solve, std::size_t begin, std::size_t end) const {
-    for (std::size_t k = begin; k < end && k < order_.size(); ++k) {
-      solve.forward = order_[k].forward, solve.backward = order_[k].backward;
-      solve_patches(team, solve, colour_begin_[order_[k].colour], colour_begin_[order_[k].colour + 1],
-                    {memory_.data(), memory_bytes_});
-    }
-  }
-
   /// Substeps alternate between two buffers: one is read while the next substep runs.
   int* speed_buffer(int substep) const { return too_fast_.data() + (substep % 2) * patches_.size(); }
 
@@ -265,7 +240,7 @@ class Sweep {
   std::vector<int> colour_begin_;
   std::vector<ColourSweep> order_;
   int width_ = 1;
-  bool prefetches_ = false;
+  PatchData<R> data_{};
   PatchStats facts_;
   std::vector<SetStats> set_facts_;
 };

@@ -97,17 +97,17 @@ void project(const UserConstraint& constraint, int count, const int* number, dou
       across += w[j] * dot(gradient[j], along[j]), now += w[j] * dot(gradient[j], gradient[j]);
       way = std::max(way, w[j] * norm(along[j])), size = std::max(size, norm(minus(start[j], start[c * k])));
     }
-    // As kernels/projection/direction.h has it: a share goes along the gradient where the substep began, the rest along
-    // the gradient now. One particle alone has no size, so its direction is that where it is.
+    // One particle alone has no size, so its direction is that where it is (kernels/projection/direction.h).
     const double wanted = -C[c] - alpha * lambda[c];
     double share = 0;
     if (across > 0) {
       const double change = wanted / (across + alpha);
       const double farthest = (std::abs(lambda[c]) + std::abs(change)) * way;
       double bound = kMaxStartStep;
-      if (k == 2 && (lambda[c] + change) * dot(along[2 * c + 1], minus(start[2 * c + 1], start[2 * c])) > 0)
-        bound = kMaxCompressedStartStep;
-      share = farthest > bound * size ? bound * size / farthest : 1;
+      if (k == 2)
+        bound = bound_of_length(kMaxStartStep, kMaxCompressedStartStep,
+                                (lambda[c] + change) * dot(along[2 * c + 1], minus(start[2 * c + 1], start[2 * c])));
+      share = std::min(1.0, share_of(bound * size, farthest));
     }
     const double sum = across * share + now * (1 - share);
     if (!(sum > 0)) continue;  // nothing can move, or C has no slope: as of a constraint that does not act now

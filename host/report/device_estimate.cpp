@@ -76,8 +76,8 @@ PatchTraffic patch_traffic(const Model& model, const Solver& solver, const Patch
   PatchTraffic traffic;
   for (int iteration = 0; iteration < spec.iterations; ++iteration)
     for (const ColourSweep& sweep : sweep_order(plan.colours())) {
-      const bool predicts = fuses && sweep.forward && iteration == 0;
-      const bool updates = fuses && sweep.backward && iteration + 1 == spec.iterations;
+      const bool predicts = fuses && goes_forward(sweep.sweeps) && iteration == 0;
+      const bool updates = fuses && goes_backward(sweep.sweeps) && iteration + 1 == spec.iterations;
       for (int k = plan.colour_begin[sweep.colour]; k < plan.colour_begin[sweep.colour + 1]; ++k) {
         traffic.particle_bytes += number * numbers_moved(plan, plan.patches[k], position_numbers, predicts, updates);
         traffic.constraint_bytes += constraint_bytes(plan, plan.patches[k], slot_bytes);
@@ -99,7 +99,7 @@ DeviceEstimate estimate_device(const Simulation& simulation, const Machine& mach
   // On a device, reductions and the preparation of contact queries for the host are launches of their own.
   estimate.launches_at_least =
       estimate.launches_at_least || (machine.fast_bytes > 0 && !simulation.solver().step_plan().fuses());
-  estimate.replays = machine.fast_bytes > 0 && simulation.solver().step_plan().recorded;
+  estimate.replays = machine.fast_bytes > 0 && simulation.solver().step_plan().recorded == Recorded::Steps;
   if (facts.sets.empty()) return estimate;
   const PatchPlan plan = plan_patches(model, simulation.threads());
   estimate.colours = plan.colours(), estimate.groups_fewest = estimate.groups_most = plan.width();

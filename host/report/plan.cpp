@@ -126,8 +126,8 @@ Json json_of(const DeviceEstimate& estimate) {
 }
 
 Json json_of(const StepPlan& plan, bool has_environment) {
-  Json json{{"patch_solves", name_of(plan.solves)}, {"recorded", plan.recorded}};
-  if (has_environment) json["skips_contacts"] = plan.skips_contacts, json["overlaps_queries"] = plan.overlaps_queries;
+  Json json{{"patch_solves", name_of(plan.solves)}, {"recorded", name_of(plan.recorded)}};
+  if (has_environment) json["skips_contacts"] = plan.skips_contacts;
   for (const Stage stage : plan.substep) json["substep"].push_back(name_of(stage));
   json["iteration"] = Json::array();
   for (const IterationStage stage : plan.iteration) json["iteration"].push_back(name_of(stage));

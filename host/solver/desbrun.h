@@ -75,8 +75,8 @@ class Desbrun final : public TimeStepper<Executor, R> {
     return filtered;
   }
 
+  void start_substep() override { substep_start_ = std::chrono::steady_clock::now(); }
   void predict(double h) override {
-    started_ = std::chrono::steady_clock::now();
     const Particles<R> all = this->particles();
     const Vector3<R> g = this->to_R(model_.scene.gravity);
     if (!filter_)
@@ -178,7 +178,7 @@ class Desbrun final : public TimeStepper<Executor, R> {
   bool converged() override {
     if (spec_.time_budget) {
       synchronize(executor_);
-      if (std::chrono::duration<double>(std::chrono::steady_clock::now() - started_).count() > *spec_.time_budget)
+      if (std::chrono::duration<double>(std::chrono::steady_clock::now() - substep_start_).count() > *spec_.time_budget)
         return true;
     }
     return length_limits_ && length_limits_->excess(this->particles().p) <= *spec_.tolerance;
@@ -196,7 +196,7 @@ class Desbrun final : public TimeStepper<Executor, R> {
   Array<Executor, int> members_;
   std::optional<FilterCorrector<Executor, R>> filter_corrector_;
   std::optional<LengthLimits<Executor, R>> length_limits_;
-  std::chrono::steady_clock::time_point started_;
+  std::chrono::steady_clock::time_point substep_start_;
 };
 
 }  // namespace malha

@@ -147,44 +147,46 @@ class Pbd final : public TimeStepper<Executor, R> {
     const int iterations = model_.scene.solver.iterations;
     if (this->momentum_corrector_) this->measure_momenta();
     const SolvePatch<R> plain = this->make_solve(h);
-    const Particles<R>& all = plain.particles;
     this->timed(Pass::FusedSolve, [&] {
       const auto solve_all = [&](const auto& team) {
         for (int s = 0; s < substeps; ++s) {
           const auto* levels = levels_at(this->substep_ + s);
           const auto* next = s + 1 < substeps ? levels_at(this->substep_ + s + 1) : nullptr;
           if (levels && s == 0) levels->restrict_prediction(team, *sweep_, plain);
-          if (levels) levels->sweep(team);
+          if (levels) levels->solve_restricted(team);
           for (int iteration = 0; iteration < iterations; ++iteration) {
             SolvePatch<R> solve = plain;
-            solve.predicts = solve.first_iteration = iteration == 0;
-            solve.updates = iteration + 1 == iterations;
-            solve.substep = s + 1;
-            if (levels && solve.predicts) solve.prolongation = levels->prolongation();
-            if (next && solve.updates) solve.restriction = next->restriction();
-            if (limits_speed && solve.updates) sweep_->set_speed_limit(speed, solve);
+            if (iteration == 0) {
+              PatchPrediction<R> prediction;
+              if (levels) prediction.correction = levels->prolongation();
+              solve.first = FirstIteration<R>{prediction};
+            }
+            if (iteration + 1 == iterations) {
+              PatchUpdate<R> update = sweep_->make_update(s + 1);
+              if (next) update.restriction = next->restriction();
+              if (limits_speed) update.speed_limit = sweep_->speed_limit(speed, s + 1);
+              solve.update = update;
+            }
             (*sweep_)(team, solve);
           }
-          if (next) next->add_partial_sums(team);
           if (!limits_speed || !sweep_->speed_exceeded(s + 1)) continue;
           if (is_leader(team)) done = s + 1;
           return;
         }
       };
       const auto key = [&] {
-        std::string text = key_from(all.x.x, all.v.x, all.p.d.x, all.w, plain.dt, plain.gravity.x, plain.gravity.y,
-                                    plain.gravity.z, substeps);
+        std::string text = key_from(substeps);
         for (int s = 0; s < substeps; ++s) text += key_from(levels_at(this->substep_ + s));
         return text;
       };
-      limits_speed ? sweep_->region(solve_all) : sweep_->region(recorded_, key, solve_all);
+      // With a limit the host reads after each substep whether it was exceeded.
+      limits_speed ? sweep_->region(solve_all) : this->repeat_solves(plain, key, solve_all);
     });
     if (this->momentum_corrector_) this->compare_momenta(h * substeps);
     return done;
   }
 
   int threads_, levels_interval_;                          // an interval of substeps
-  Recording<Executor> recorded_;                           // patch solves
   std::deque<std::optional<Levels<Executor, R>>> levels_;  // by number of released sets of pins; empty: no levels
 };
 

@@ -50,6 +50,7 @@ std::string_view name_of(PatchSolves solves) {
   static_assert(names.size() == static_cast<std::size_t>(PatchSolves::ByStep) + 1);
   return names[static_cast<std::size_t>(solves)];
 }
+std::string_view name_of(Recorded recorded) { return recorded == Recorded::Steps ? "steps" : "patch_solves"; }
 
 StepFeatures step_features(const Model& model, bool levels) {
   const Scene& scene = model.scene;
@@ -169,8 +170,8 @@ bool can_skip_contacts(const StepFeatures& has) {
          solves_of(stages_fused(without)) == PatchSolves::ByStep;
 }
 
-/// A device may record a step if all steps have the same launches: none searches for contacts, depends on time, or lets
-/// the host decide within it.
+/// A device may record whole steps if all steps have the same launches: none searches for contacts, depends on time, or
+/// lets the host decide within it.
 bool can_record(const StepFeatures& has) {
   return !has.contacts && !has.edges && !has.self_collision && !has.pins_move && !has.attachments_change &&
          !has.host_ends_iterations;
@@ -185,8 +186,7 @@ StepPlan plan_step(const StepFeatures& has, const Interaction& now) {
   plan.solves_alone = solves_of(fused);
   plan.solves = alone ? plan.solves_alone : PatchSolves::InIterations;
   plan.skips_contacts = alone && can_skip_contacts(has);
-  plan.overlaps_queries = has.contacts && has.batches && !has.levels && !has.filter && !has.edges && !has.free_bodies;
-  plan.recorded = alone && can_record(has);
+  plan.recorded = alone && can_record(has) ? Recorded::Steps : Recorded::PatchSolves;
   plan.finite_each_substep = has.contacts || has.self_collision || has.edges || now.user_constraints || now.callback;
   Stages apart = stages_apart(has, now, !fused.empty());
   plan.substep = plan.fuses() ? fused : std::move(apart.substep);

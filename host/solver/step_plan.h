@@ -85,6 +85,11 @@ struct Interaction {
 enum class PatchSolves : unsigned char { InIterations, BySubstep, ByStep };
 std::string_view name_of(PatchSolves solves);
 
+/// The launches that a device records once, and replays whenever they come again. (Without contact tests a step is not
+/// recorded, because the host reads after each substep whether a particle was too fast.)
+enum class Recorded : unsigned char { PatchSolves, Steps };
+std::string_view name_of(Recorded recorded);
+
 struct StepPlan {
   /// Tells whether patch solves predict and update the state.
   bool fuses() const { return solves != PatchSolves::InIterations; }
@@ -94,9 +99,8 @@ struct StepPlan {
   /// This is how patches are solved while the user holds and adds nothing. Momenta of free bodies are compared over
   /// that part of a step in any case, so that bodies without handle keep their bits.
   PatchSolves solves_alone = PatchSolves::InIterations;
-  bool skips_contacts = false;    // steps in which no particle can reach an object run as patch solves alone
-  bool overlaps_queries = false;  // patch solves begin on a device while the host queries contacts for some particles
-  bool recorded = false;          // a device can replay whole steps; of others it replays patch solves
+  bool skips_contacts = false;  // steps in which no particle can reach an object run as patch solves alone
+  Recorded recorded = Recorded::PatchSolves;
   bool finite_each_substep = false;  // positions must be finite before the next substep, otherwise before the next step
 };
 

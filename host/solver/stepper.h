@@ -33,7 +33,6 @@
 #include "host/self_collision/final_guard.h"
 #include "host/self_collision/self_collider.h"
 #include "host/solver/energy_guard.h"
-#include "host/solver/overlap_host_queries.h"
 #include "host/solver/solver.h"
 #include "host/solver/state.h"
 #include "host/solver/step_plan.h"
@@ -207,17 +206,7 @@ class TimeStepper : public Solver {
     return sample;
   }
   const std::vector<LengthRun>& lengths() const final { return lengths_; }
-  int steps_to_sample() const final {
-    const SolverSpec& solver = model_.scene.solver;
-    double lengths = facts_.attachments;
-    for (const LengthRun& run : lengths_) lengths += run.count;
-    if (!(lengths > 0)) return 0;
-    // Costs in units of one projection: six for a sampled length, and twenty per substep for a particle with contact
-    // tests. The launches alone cost some thousands.
-    const double contacts = collider_ || self_ || edges_ ? 20.0 * solver.substeps * model_.count() : 0;
-    const double step = static_cast<double>(facts_.projections_per_step) + lengths + contacts + 4000;
-    return std::clamp(static_cast<int>(std::ceil(6 * lengths / (0.01 * step))), 1, 128);
-  }
+  int steps_to_sample() const final { return steps_to_sample_; }
   std::int64_t crossings() const final { return crossings_at(positions_in_order()); }
 
  protected:
@@ -248,6 +237,7 @@ class TimeStepper : public Solver {
     if (model.interactive) handles_.emplace(executor, model);
     set_features(step_features(model, false));
     note_facts();
+    steps_to_sample_ = sampling_interval();
   }
 
   /// One step of a scene that does not sleep.
@@ -272,8 +262,10 @@ class TimeStepper : public Solver {
     const double h = solver.dt / solver.substeps;
     repeat_step("substeps", [&] {
       if (first == 0) start_step();
-      for (substep_ = first; substep_ < solver.substeps; ++substep_)
+      for (substep_ = first; substep_ < solver.substeps; ++substep_) {
+        start_substep();
         for (const Stage stage : plan_.substep) run(stage, h);
+      }
     });
     if (!plan_.finite_each_substep) require_finite();
     restore_momenta();
@@ -286,16 +278,36 @@ class TimeStepper : public Solver {
     if (momentum_corrector_) repeat_step("momenta", [&] { timed(Pass::MomentumCorrection, work); });
   }
 
-  /// Runs a part of a step, which is recorded if the plan says so. Executors that time passes do not record it.
+  /// Runs a part of a step, which is recorded if the plan says so of steps. Executors that time passes do not record
+  /// it.
   template <class Work>
   void repeat_step(const std::string& part, const Work& work) {
-    if (is_timed(executor_) || !plan_.recorded) return work();
+    if (is_timed(executor_) || plan_.recorded != Recorded::Steps) return work();
     const auto key = [&] {  // of the parameters of launches that may change between steps
       const Wind wind = model_.scene.wind.value_or(Wind{});
       return part + key_from(model_.scene.gravity, wind.velocity, wind.drag, wind.density, wind.drag_coefficient,
                              wind.lift_coefficient);
     };
     repeated(executor_, recorded_, key, work);
+  }
+
+  /// Runs patch solves in one parallel region, which a device records if it does not record whole steps. The launches
+  /// depend on `solve` and further_key().
+  template <class Key, class Work>
+  void repeat_solves(const SolvePatch<R>& solve, const Key& further_key, const Work& work) {
+    const auto key = [&] {
+      const Particles<R>& all = solve.particles;
+      const Vector3<R>& g = solve.gravity;
+      return "patch solves" + key_from(all.x.x, all.v.x, all.p.d.x, all.w, solve.dt, g.x, g.y, g.z) + further_key();
+    };
+    sweep_->region(recorded_, key, work);
+  }
+  /// Solves all patches once, between other passes.
+  void solve_patches(double h, bool first_iteration) {
+    SolvePatch<R> solve = make_solve(h);
+    if (first_iteration) solve.first = FirstIteration<R>{};
+    repeat_solves(
+        solve, [&] { return key_from(first_iteration); }, [&](const auto& team) { (*sweep_)(team, solve); });
   }
 
   /// Applies the wind to v: forces on faces if the air has a density, and drag on particles.
@@ -307,8 +319,9 @@ class TimeStepper : public Solver {
       });
   }
 
-  /// Called at the start of a step.
+  /// Called at the start of a step, and of each substep that runs as a list of stages.
   virtual void start_step() {}
+  virtual void start_substep() {}
   /// Stage::Predict: computes v and p of a substep of h seconds from the forces on the particles.
   virtual void predict(double h) = 0;
   /// Stage::SolveSubstep.
@@ -367,11 +380,7 @@ class TimeStepper : public Solver {
       case Stage::SolveSubstep:
         return solve_substep(h);
       case Stage::DetectContacts:
-        return timed(Pass::Collision, [&] {
-          collider_->detect_contacts(all, start, end, [&](const ActiveMask& queried) {
-            if (plan_.overlaps_queries) host_overlap_.begin(executor_, *sweep_, make_solve_pass(h, true), queried);
-          });
-        });
+        return timed(Pass::Collision, [&] { collider_->detect_contacts(all, start, end); });
       case Stage::StartSelfCollision:
         return self_->start_substep();
       case Stage::DetectEdgeContacts:
@@ -424,7 +433,7 @@ class TimeStepper : public Solver {
       case IterationStage::MeasureMomenta:
         return timed(Pass::MomentumCorrection, [&] { momentum_corrector_->before_projection(all, h); });
       case IterationStage::SolvePatches:
-        return timed(Pass::Projection, [&] { host_overlap_.finish(*sweep_, make_solve_pass(h, first_iteration)); });
+        return timed(Pass::Projection, [&] { solve_patches(h, first_iteration); });
       case IterationStage::ProjectPressures:
         return timed(Pass::Pressure, [&] { press(all); });
       case IterationStage::CompareMomenta:
@@ -505,12 +514,6 @@ class TimeStepper : public Solver {
     return all;
   }
   SolvePatch<R> make_solve(double h) const { return sweep_->make_solve(particles(), h, to_R(model_.scene.gravity)); }
-  /// A patch solve between other passes: it neither predicts nor updates.
-  SolvePatch<R> make_solve_pass(double h, bool first_iteration) const {
-    SolvePatch<R> pass = make_solve(h);
-    pass.first_iteration = first_iteration;
-    return pass;
-  }
   Vec3 position_of(std::size_t i) const {
     Vec3 position = x_.get(i);
     if constexpr (kCompensated<R>)
@@ -628,6 +631,24 @@ class TimeStepper : public Solver {
     return load_state<R>(bytes, sizes, collider_ ? collider_->triangles() : std::vector<int>{}, file);
   }
 
+  /// The steps after which strains may be sampled again for a hundredth of the time of those steps; 0: there is no
+  /// length.
+  int sampling_interval() const {
+    const SolverSpec& solver = model_.scene.solver;
+    double lengths = static_cast<double>(model_.long_range.anchor.size());
+    double projections = static_cast<double>(pressures_.size()) + lengths;
+    for (const LengthRun& run : lengths_) lengths += run.count;
+    if (!(lengths > 0)) return 0;
+    if (sweep_)
+      for (const ConstraintSet& set : model_.sets) projections += kSweepsPerIteration * double(set.count());
+    projections *= double(solver.substeps) * solver.iterations;
+    // Costs in units of one projection: six for a sampled length, and twenty per substep for a particle with contact
+    // tests. The launches alone cost some thousands.
+    const double contacts = collider_ || self_ || edges_ ? 20.0 * solver.substeps * model_.count() : 0;
+    const double step = projections + lengths + contacts + 4000;
+    return std::clamp(static_cast<int>(std::ceil(6 * lengths / (0.01 * step))), 1, 128);
+  }
+
   void note_facts() {
     facts_.particle_bytes = x_.bytes() + v_.bytes() + d_.bytes() + low_.bytes() + w_.bytes() +
                             bytes_of(kinematic_pins_) + bytes_of(momentum_corrector_) + bytes_of(damping_);
@@ -655,9 +676,9 @@ class TimeStepper : public Solver {
   std::optional<Damping<Executor, R>> damping_;
   std::vector<LengthRun> lengths_ = length_runs(model_);
   FiniteCheck<Executor> finite_check_{model_.scene.solver.substeps};
-  OverlapHostQueries<Executor, R> host_overlap_;
   EnergyGuard<Executor, R> energy_guard_;
-  Recording<Executor> recorded_;  // parts of steps
+  Recording<Executor> recorded_;  // parts of steps, or patch solves
+  int steps_to_sample_ = 0;
   std::optional<LongRange<Executor, R>> long_range_;
   std::optional<KinematicPins<Executor, R>> kinematic_pins_;
   std::optional<Attachments<Executor, R>> attachments_;

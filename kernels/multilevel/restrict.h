@@ -15,44 +15,39 @@ template <class R>
 struct RestrictionTarget {
   MeansView<R> means;
   const int* place;
-  Points<R> x, d;     // position at the start of the substep relative to the body's origin, and displacement
-  Points<R> origins;  // of bodies; null: the finer positions are relative to them already
+  Points<R> x, d;               // position at the start of the substep relative to the body's origin, and displacement
+  Optional<Points<R>> origins;  // of bodies; without: the finer positions are relative to them already
 };
 
-/// Restricts the particles in a patch's memory.
-template <class R, class Group, class Local>
-KERNEL void restrict_to(const Group& group, const RestrictionTarget<R>& target, const Local& local) {
-  const auto scatter = [&](const Points<R>& to) KERNEL_LAMBDA {
-    return [=](const MeanRun& run, int k, const auto& mean)
-               KERNEL_LAMBDA { scatter_points(to, target.place + run.to + k, mean); };
-  };
-  target.means.each(group, local, scatter(target.x));
-  target.means.each(group, local.displacements(), scatter(target.d));
-}
-
-/// Particles after dt if only gravity acts on them; with null v, at their current positions.
+/// A substep in which only gravity acts.
 template <class R>
-struct PredictedParticles {
-  Displaced<R> p;
+struct FreeFall {
   Points<R> v;         // m/s
-  const R* w;          // 1/kg
-  Points<R> origins;   // as in RestrictionTarget
   R dt;                // the substep h, s
   Vector3<R> gravity;  // m/s^2
+};
+
+/// Finer particles: at the end of a substep that begins now, or at their current positions.
+template <class R>
+struct RestrictedParticles {
+  Displaced<R> p;
+  const R* w;  // 1/kg
+  Optional<FreeFall<R>> fall;
 
   /// Loads those of a segment into the patch's memory.
   template <class Group, class Local>
-  KERNEL void load_segment(const Group& group, const Segment& segment, const Local& local) const {
-    const bool predicts = v.x && segment.movable;
-    const Vector3<R> origin = origins.x ? origins[segment.body] : Vector3<R>{R(0), R(0), R(0)};
+  KERNEL void load_segment(const Group& group, const Segment& segment, const Optional<Points<R>>& origins,
+                           const Local& local) const {
+    const bool falls = fall && segment.movable;
+    const Vector3<R> origin = origins ? (*origins)[segment.body] : Vector3<R>{R(0), R(0), R(0)};
     for_each_pack<R>(group, segment.count, [&]<class T>(int i, T) KERNEL_LAMBDA {
       const int at = segment.global + i;
       PatchParticle<T> q;
       load(w + at, q.w);
-      q.x = origins.x ? load_start(p, at, origin, T()) : load_points<T>(p.x, at);
-      if (predicts) {
-        const Vector3<T> g{T(gravity.x), T(gravity.y), T(gravity.z)};
-        q.d = apply_gravity(load_points<T>(v, at), q.w, g, T(dt)) * T(dt);
+      q.x = origins ? load_start(p, at, origin, T()) : load_points<T>(p.x, at);
+      if (falls) {
+        const Vector3<T> g{T(fall->gravity.x), T(fall->gravity.y), T(fall->gravity.z)};
+        q.d = apply_gravity(load_points<T>(fall->v, at), q.w, g, T(fall->dt)) * T(fall->dt);
       } else {
         q.d = load_points<T>(p.d, at);
       }
@@ -61,31 +56,34 @@ struct PredictedParticles {
   }
 };
 
-/// Restricts the particles of one patch of the finer level.
+/// Restricts the particles of a patch that no other patch solves after it.
+template <class R, class Group, class Local>
+KERNEL void restrict_to(const Group& group, const PatchData<R>& data, const Patch& patch,
+                        const RestrictedParticles<R>& from, const RestrictionTarget<R>& target, const Local& local) {
+  for (int s = patch.segment; s < patch.segment + patch.segments; ++s)
+    if (data.segments[s].last_solve) from.load_segment(group, data.segments[s], target.origins, local);
+  const auto scatter = [&](const Points<R>& to) KERNEL_LAMBDA {
+    return [=](const MeanRun& run, int k, const auto& mean)
+               KERNEL_LAMBDA { scatter_points(to, target.place + run.to + k, mean); };
+  };
+  target.means.each(group, local.positions(), scatter(target.x));
+  target.means.each(group, local.displacements(), scatter(target.d));
+}
+
+/// The same for one patch of the finer level.
 template <class R>
 struct Restrict {
   using Shared = void;
-  const Patch* patches;
-  const Segment* segments;
-  PredictedParticles<R> from;
+  PatchData<R> data;
+  RestrictedParticles<R> from;
   RestrictionTarget<R> target;
 
   template <class Group>
   KERNEL void operator()(const Group& group) const {
-    const Patch& patch = patches[group.index];
-    R* memory = static_cast<R*>(group.memory);
-    if (patch.columns)
-      restrict_patch(group, patch, SoaView<R>::over(memory, patch.slots));
-    else
-      restrict_patch(group, patch, AosView<R>::over(memory, patch.slots));
-  }
-
- private:
-  template <class Group, class Local>
-  KERNEL void restrict_patch(const Group& group, const Patch& patch, const Local& local) const {
-    for (int s = patch.segment; s < patch.segment + patch.segments; ++s)
-      if (segments[s].last_solve) from.load_segment(group, segments[s], local);
-    restrict_to(group, target, local);
+    const Patch& patch = data.patches[group.index];
+    with_patch_memory<R>(patch, group.memory, [&](const auto& local) KERNEL_LAMBDA {
+      restrict_to(group, data, patch, from, target, local);
+    });
   }
 };
 

@@ -31,52 +31,55 @@ struct MeansView {
   /// Calls work(run, k, mean) once for every mean, or pack of means, of a piece. From a structure of arrays `mean` is a
   /// Vector3 of lanes.
   template <class Group, class Work>
-  KERNEL void each(const Group& group, const SoaView<R>& from, const Work& work) const {
+  KERNEL void each(const Group& group, const Points<R>& from, const Work& work) const {
     for (int r = begin[group.index]; r < begin[group.index + 1]; ++r) {
       const MeanRun& run = runs[r];
       for_each_pack_once<R>(group, run.count, [&]<class T>(int k, T) KERNEL_LAMBDA {
         const MeanTerm<R>* term = terms + run.term;
-        Vector3<T> sum = point<T>(from, term->from + k) * T(term->weight);
-        for (int t = 1; t < run.terms; ++t) sum = sum + point<T>(from, term[t].from + k) * T(term[t].weight);
+        Vector3<T> sum = load_points<T>(from, term->from + k) * T(term->weight);
+        for (int t = 1; t < run.terms; ++t) sum = sum + load_points<T>(from, term[t].from + k) * T(term[t].weight);
         work(run, k, sum);
       });
     }
   }
   /// From rows it is a Vec4, whose w is the mean of theirs.
   template <class Group, class Work>
-  KERNEL void each(const Group& group, const AosView<R>& from, const Work& work) const {
+  KERNEL void each(const Group& group, const ScatteredPoints<R>& from, const Work& work) const {
     group.for_each(begin[group.index + 1] - begin[group.index], [&](int i) KERNEL_LAMBDA {
       const MeanRun& run = runs[begin[group.index] + i];
       for (int k = 0; k < run.count; ++k) {
         const MeanTerm<R>* term = terms + run.term;
         Vec4<R> sum{};
-        for (int t = 0; t < run.terms; ++t) add_row(sum, from.row[term[t].from + k], term[t].weight);
+        for (int t = 0; t < run.terms; ++t) add_row(sum, from.of[term[t].from + k], term[t].weight);
         work(run, k, sum);
       }
     });
   }
+};
 
- private:
-  template <class T>
-  KERNEL static Vector3<T> point(const SoaView<R>& from, int at) {
-    Vector3<T> q;
-    load(from.x + at, q.x), load(from.y + at, q.y), load(from.z + at, q.z);
-    return q;
+/// The corrections of a level's particles, by rank: a structure of arrays where prolongation loads packs of them, and
+/// rows of four numbers where it does not.
+template <class R>
+struct Corrections {
+  Points<R> columns;
+  ScatteredPoints<R> rows;
+  template <class Work>
+  KERNEL void with_layout(const Work& work) const {
+    if (rows.of)
+      work(rows);
+    else
+      work(columns);
   }
 };
 
-/// Means of a level's corrections: from a structure of arrays, or from rows if there are any.
+/// Means of a level's corrections.
 template <class R>
 struct ProlongationView {
   MeansView<R> means;
-  SoaView<R> columns;
-  AosView<R> rows;
+  Corrections<R> corrections;
   template <class Group, class Work>
   KERNEL void each(const Group& group, const Work& work) const {
-    if (rows.row)
-      means.each(group, rows, work);
-    else
-      means.each(group, columns, work);
+    corrections.with_layout([&](const auto& from) KERNEL_LAMBDA { means.each(group, from, work); });
   }
 };
 
@@ -95,7 +98,8 @@ struct Prolongate {
   Points<R> d;
   template <class Group>
   KERNEL void operator()(const Group& group) const {
-    prolongate(group, prolongation, SoaView<R>{nullptr, nullptr, nullptr, nullptr, d.x, d.y, d.z});
+    prolongation.each(
+        group, [&](const MeanRun& run, int k, const auto& mean) KERNEL_LAMBDA { add_points(d, run.to + k, mean); });
   }
 };
 

@@ -12,7 +12,6 @@
 // therefore solved once an iteration.
 #pragma once
 #include "kernels/constraints/constraint_registry.h"
-#include "kernels/environment/broad_phase.h"
 #include "kernels/forces/integrate.h"
 #include "kernels/multilevel/restrict.h"
 #include "kernels/simd/for_each_pack.h"
@@ -23,99 +22,114 @@ namespace malha {
 template <class Kind>
 inline constexpr int kKindIndex = kind_index<Kind>(ConstraintKinds{});
 
+/// The prediction of particles by their first solve in a substep.
+template <class R>
+struct PatchPrediction {
+  Optional<ProlongationView<R>> correction;  // coarse correction, patch by patch, that is added to predicted particles
+};
+
+/// The first iteration of a substep: multipliers start at 0.
+template <class R>
+struct FirstIteration {
+  Optional<PatchPrediction<R>> prediction;
+};
+
+/// A bound of the speed of particles.
+template <class R>
+struct SpeedLimit {
+  R speed2;       // m^2/s^2
+  int* exceeded;  // of each patch: the last substep that left a particle above it
+};
+
+/// The update of the state of particles by their last solve in a substep.
+template <class R>
+struct PatchUpdate {
+  int substep;      // from 1 on
+  int* non_finite;  // of each patch: the first substep that left a particle without a finite position, or 0
+  Optional<RestrictionTarget<R>> restriction;  // particles of the coarser level, for their next prediction
+  Optional<SpeedLimit<R>> speed_limit;
+};
+
 template <class R>
 struct SolvePatch {
   using Shared = void;
-  const Patch* patches;
-  const Segment* segments;
-  const Batch* batches;
-  const SetView<R>* sets;
+  PatchData<R> data;
   Particles<R> particles;
-  R dt, per_dt;            // the substep h, s, and 1 / h
-  Vector3<R> gravity;      // m/s^2
-  bool predicts;           // the first solve of a particle predicts it
-  bool updates;            // the last one updates its state
-  bool first_iteration;    // first iteration of a substep
-  bool forward, backward;  // which sweeps this solve does
-  bool prefetches;         // the particles do not fit in a core's caches: those of the next patch are prefetched
-  int substep;             // from 1 on
-  RestrictionTarget<R>
-      restriction;  // particles of the coarser level, to which last solves restrict the next prediction
-  ProlongationView<R> prolongation;  // coarse correction, patch by patch: added to predicted particles
-  int* non_finite;  // of each patch: the first substep that left a particle without a finite position, or 0
-  R max_speed2;     // m^2/s^2, where speeds are limited
-  int* too_fast;    // of each patch: the last substep that left a particle above that; null: speeds are not checked
+  R dt, per_dt;                       // the substep h, s, and 1 / h
+  Vector3<R> gravity;                 // m/s^2
+  Optional<FirstIteration<R>> first;  // in a first iteration
+  Optional<PatchUpdate<R>> update;    // in a last iteration that updates the state
+  Sweeps sweeps;
 
   template <class Group>
   KERNEL void operator()(const Group& group) const {
-    const Patch& patch = patches[group.index];
-    R* memory = static_cast<R*>(group.memory);
-    if (patch.columns)
-      solve(group, patch, SoaView<R>::over(memory, patch.slots));
-    else
-      solve(group, patch, AosView<R>::over(memory, patch.slots));
+    const Patch& patch = data.patches[group.index];
+    with_patch_memory<R>(patch, group.memory, [&](const auto& local) KERNEL_LAMBDA { solve(group, patch, local); });
   }
 
  private:
   template <class Group, class Local>
   KERNEL void solve(const Group& group, const Patch& patch, const Local& local) const {
     const int begin = patch.segment, end = patch.segment + patch.segments;
-    for (int s = begin; s < end; ++s) load_segment(group, segments[s], local);
-    if (predicts && forward && prolongation.means.begin) prolongate(group, prolongation, local);
-    if (forward)
+    for (int s = begin; s < end; ++s) load_segment(group, data.segments[s], local);
+    if (predicts() && first->prediction->correction) prolongate(group, *first->prediction->correction, local);
+    if (goes_forward(sweeps))
       for (int b = 0, next; b < patch.batches; b = next) {
         for (next = b + 1; next < patch.batches && set_of(patch, next) == set_of(patch, b);) ++next;
         project_set(group, patch, b, next, true, local);
       }
-    if (backward)
+    if (goes_backward(sweeps))
       for (int next = patch.batches, b; next > 0; next = b) {
         for (b = next - 1; b > 0 && set_of(patch, b - 1) == set_of(patch, b);) --b;
         project_set(group, patch, b, next, false, local);
       }
     for (int s = begin; s < end; ++s) {
-      if (!segments[s].movable) continue;
-      if (updates && backward && segments[s].last_solve)
-        update(group, segments[s], local);
+      const Segment& segment = data.segments[s];
+      if (!segment.movable) continue;
+      if (updates() && segment.last_solve)
+        update_segment(group, segment, local);
       else
-        store_segment(group, segments[s], local);
+        store_segment(group, segment, local);
     }
-    if (updates && backward && restriction.means.begin) restrict_prediction(group, patch, local);
-    if (updates && backward && too_fast) check_speed(group, patch);
+    if (updates() && update->restriction) restrict_prediction(group, patch, local);
+    if (updates() && update->speed_limit) check_speed(group, patch);
   }
+
+  /// Tell whether this solve predicts particles, and whether it updates their state: those that no other patch solves
+  /// before it, or after it.
+  KERNEL bool predicts() const { return first && first->prediction && goes_forward(sweeps); }
+  KERNEL bool updates() const { return update && goes_backward(sweeps); }
 
   template <class Group>
   KERNEL void check_speed(const Group& group, const Patch& patch) const {
     PackMax<R, typename Group::Isa> speed2(R(0));
     for (int s = patch.segment; s < patch.segment + patch.segments; ++s) {
-      const Segment& segment = segments[s];
+      const Segment& segment = data.segments[s];
       if (!segment.last_solve || !segment.movable) continue;
       for_each_pack<R>(group, segment.count, [&]<class T>(int i, T /*of*/) KERNEL_LAMBDA {
         const Vector3<T> v = load_points<T>(particles.v, segment.global + i);
         speed2.add(dot(v, v));
       });
     }
-    if (speed2.value() > max_speed2) too_fast[group.index] = substep;
+    const SpeedLimit<R>& limit = *update->speed_limit;
+    if (speed2.value() > limit.speed2) limit.exceeded[group.index] = update->substep;
   }
 
   template <class Group, class Local>
   KERNEL void restrict_prediction(const Group& group, const Patch& patch, const Local& local) const {
-    const PredictedParticles<R> next{particles.p, particles.v, particles.w, restriction.origins, dt, gravity};
-    for (int s = patch.segment; s < patch.segment + patch.segments; ++s)
-      if (segments[s].last_solve) next.load_segment(group, segments[s], local);
-    restrict_to(group, restriction, local);
+    const RestrictedParticles<R> next{particles.p, particles.w, FreeFall<R>{particles.v, dt, gravity}};
+    restrict_to(group, data, patch, next, *update->restriction, local);
   }
 
-  KERNEL int set_of(const Patch& patch, int b) const { return batches[patch.batch + b].set; }
-  /// Tells whether this solve predicts the particles of a segment.
-  KERNEL bool predicted_here(const Segment& segment) const { return predicts && forward && segment.first_solve; }
+  KERNEL int set_of(const Patch& patch, int b) const { return data.batches[patch.batch + b].set; }
 
   /// Prefetches the `part` of `parts` of a patch's particles and constraints, so that memory transfers are spread over
   /// the arithmetic.
   KERNEL void prefetch_patch(const Patch& patch, int part, int parts) const {
     for (int s = patch.segments * part / parts; s < patch.segments * (part + 1) / parts; ++s)
-      prefetch_patch(segments[patch.segment + s]);
+      prefetch_patch(data.segments[patch.segment + s]);
     for (int b = patch.batches * part / parts; b < patch.batches * (part + 1) / parts; ++b)
-      prefetch_patch(batches[patch.batch + b]);
+      prefetch_patch(data.batches[patch.batch + b]);
   }
   template <class T>
   KERNEL static void prefetch_patch(const T* first, int count) {
@@ -125,13 +139,13 @@ struct SolvePatch {
     const int at = segment.global, count = segment.count;
     prefetch_patch(particles.w + at, count), prefetch_patch(particles.x, at, count);
     if constexpr (kCompensated<R>) prefetch_patch(particles.p.low, at, count);
-    prefetch_patch(predicted_here(segment) ? particles.v : particles.p.d, at, count);
+    prefetch_patch(predicts() && segment.first_solve ? particles.v : particles.p.d, at, count);
   }
   KERNEL static void prefetch_patch(const Points<R>& points, int at, int count) {
     prefetch_patch(points.x + at, count), prefetch_patch(points.y + at, count), prefetch_patch(points.z + at, count);
   }
   KERNEL void prefetch_patch(const Batch& batch) const {
-    const SetView<R>& set = sets[batch.set];
+    const SetView<R>& set = data.sets[batch.set];
     if (batch.uniform_rest)
       prefetch_patch(set.valid + batch.rests, batch.count / kSlotPack + 1);
     else
@@ -146,7 +160,7 @@ struct SolvePatch {
 
   template <class Group, class Local>
   KERNEL void load_segment(const Group& group, const Segment& segment, const Local& local) const {
-    const bool predict = predicted_here(segment) && segment.movable;
+    const bool predict = predicts() && segment.first_solve && segment.movable;
     const Vector3<R> origin = particles.x[segment.origin];
     for_each_pack<R>(group, segment.count, [&]<class T>(int i, T) KERNEL_LAMBDA {
       const int at = segment.global + i;
@@ -166,7 +180,7 @@ struct SolvePatch {
   }
 
   template <class Group, class Local>
-  KERNEL void update(const Group& group, const Segment& segment, const Local& local) const {
+  KERNEL void update_segment(const Group& group, const Segment& segment, const Local& local) const {
     using Isa = typename Group::Isa;
     using S = Lane<R, Isa>;
     constexpr int lanes = kLanes<R, Isa>;
@@ -198,7 +212,8 @@ struct SolvePatch {
 
   template <class Group>
   KERNEL void mark_non_finite(const Group& group) const {
-    if (non_finite[group.index] == 0) non_finite[group.index] = substep;
+    int& substep = update->non_finite[group.index];
+    if (substep == 0) substep = update->substep;
   }
 
   template <class T>
@@ -231,7 +246,7 @@ struct SolvePatch {
 
   /// Projects the batches begin .. end - 1 of a patch, all of one set, in either order. It is compiled as a function of
   /// its own because it needs all registers.
-  template <class Kind, Update update, class Group, class Local>
+  template <class Kind, Update by, class Group, class Local>
   struct ProjectSet {
     const SolvePatch* solve;
     Group group;
@@ -241,10 +256,11 @@ struct SolvePatch {
     int last;  // last batch of a backward sweep; below 0: forward
     KERNEL void operator()(int b) const {
       const bool forward = last < 0;
-      if (solve->prefetches && group.next >= 0 && (forward || !solve->forward))
-        solve->prefetch_patch(solve->patches[group.next], b, patch->batches);
-      const Batch& batch = solve->batches[patch->batch + (forward ? b : last - b)];
-      project<Kind, update>(group, local, *set, batch, solve->first_iteration && forward);
+      const PatchData<R>& data = solve->data;
+      if (data.prefetches && group.next >= 0 && (forward || !goes_forward(solve->sweeps)))
+        solve->prefetch_patch(data.patches[group.next], b, patch->batches);
+      const Batch& batch = data.batches[patch->batch + (forward ? b : last - b)];
+      project<Kind, by>(group, local, *set, batch, solve->first && forward);
     }
   };
 
@@ -257,7 +273,7 @@ struct SolvePatch {
   template <class Group, class Local>
   KERNEL_NOINLINE void project_set(const Group& group, const Patch& patch, int begin, int end, bool in_order,
                                    const Local& local) const {
-    const SetView<R>& set = sets[batches[patch.batch + begin].set];
+    const SetView<R>& set = data.sets[set_of(patch, begin)];
     for_each_constraint([&]<class Kind>(Kind) KERNEL_LAMBDA {
       if (set.kind != kKindIndex<Kind>) return;
       const auto by = [&]<class Updated>(Updated) KERNEL_LAMBDA {
@@ -272,39 +288,6 @@ struct SolvePatch {
       else if constexpr (!Kind::strength.accepts_stiffness)
         by(By<Update::Compliant>());
     });
-  }
-};
-
-/// Marks the patches that have an active particle.
-struct MarkDeferredPatches {
-  const Patch* patches;
-  const Segment* segments;
-  ActiveMask active;
-  bool* deferred;
-  KERNEL void operator()(int k) const {
-    const Patch& patch = patches[k];
-    bool any = false;
-    for (int s = patch.segment; s < patch.segment + patch.segments; ++s) {
-      const int end = segments[s].global + segments[s].count;
-      for (int i = segments[s].global; i < end && !any; i = (i / kGroupSize + 1) * kGroupSize) {
-        const int last =
-            end < (i / kGroupSize + 1) * kGroupSize ? end - 1 : i / kGroupSize * kGroupSize + kGroupSize - 1;
-        const unsigned long long own = ~0ull >> (kGroupSize - 1 - (last - i)) << i % kGroupSize;
-        any = active.any(i / kGroupSize) & own;
-      }
-    }
-    deferred[k] = any;
-  }
-};
-
-/// Solves only the marked patches, or only the others.
-template <class R>
-struct MaskedSolvePatch : SolvePatch<R> {
-  const bool* deferred;
-  bool solves_deferred;  // the marked ones
-  template <class Group>
-  KERNEL void operator()(const Group& group) const {
-    if (deferred[group.index] == solves_deferred) SolvePatch<R>::operator()(group);
   }
 };
 

@@ -68,17 +68,21 @@ KERNEL S weighted_dot(const S (&w)[n], const Vector3<S> (&a)[n], const Vector3<S
   }
 }
 
+/// The bound of a length whose particles the total multiplier pushes apart (`push` > 0) or draws together.
+template <class S>
+KERNEL S bound_of_length(const S& max_start_step, const S& max_compressed_start_step, const S& push) {
+  return select(push > S(0), max_compressed_start_step, max_start_step);
+}
+
 /// The bound of a constraint whose total multiplier has the sign of `multiplier`. Only of lengths does the sign tell
-/// whether the force is a tension or a compression, which pushes its particles apart along `along`.
+/// whether the force is a tension or a compression.
 template <class S, int n>
 KERNEL S start_step_bound(const S& max_start_step, const S& max_compressed_start_step, const S& multiplier,
                           const Vector3<S> (&along)[n], const Vector3<S> (&x)[n]) {
-  if constexpr (n == 2) {
-    const auto is_compressed = multiplier * dot(along[1], x[1] - x[0]) > S(0);
-    return select(is_compressed, max_compressed_start_step, max_start_step);
-  } else {
+  if constexpr (n == 2)
+    return bound_of_length(max_start_step, max_compressed_start_step, multiplier * dot(along[1], x[1] - x[0]));
+  else
     return max_start_step;
-  }
 }
 
 /// Tells whether applied / denominator times `along` moves no particle farther than `max_start_step` times the
@@ -93,20 +97,21 @@ KERNEL auto moves_within(const S& max_start_step, const S& applied, const S& den
            max_start_step * max_start_step * size2_of(x) * denominator * denominator;
 }
 
-/// The largest share of applied / denominator times `along`, at most 1, that moves no particle farther than that.
+/// The share of a displacement that is as long as `bound`; 1 of no displacement.
+template <class S>
+KERNEL S share_of(const S& bound, const S& displacement) {
+  const S zero(0), one(1);
+  return select(displacement > zero, bound / select(displacement > zero, displacement, one), one);
+}
+
+/// The share of applied / denominator times `along` that moves no particle farther than that.
 template <class S, int n>
 KERNEL S share_within(const S& max_start_step, const S& applied, const S& denominator, const S (&w)[n],
                       const Vector3<S> (&along)[n], const Vector3<S> (&x)[n]) {
-  const S zero(0), one(1);
-  S displacement;
   if constexpr (n == 2)
-    displacement = applied * max(w[0], w[1]);
+    return share_of(max_start_step * denominator, applied * max(w[0], w[1]));
   else
-    displacement = applied * sqrt(max_displacement2(w, along));
-  S size = one;
-  if constexpr (n > 2) size = sqrt(size2_of(x));
-  return select(displacement > zero,
-                max_start_step * denominator * size / select(displacement > zero, displacement, one), one);
+    return share_of(max_start_step * denominator * sqrt(size2_of(x)), applied * sqrt(max_displacement2(w, along)));
 }
 
 /// Tells whether the angle between both gradients is below that of this cosine. `grad_dot_along`: their weighted_dot().

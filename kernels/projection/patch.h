@@ -43,7 +43,37 @@ struct Patch {
   int segment, segments;
   int batch, batches;
   int slots;     // particles in fast memory, padding included
-  bool columns;  // whether that memory is a structure of arrays (SoaView)
+  bool columns;  // whether that memory is a structure of arrays (SoaView): kernels/projection/patch_memory.h
+};
+
+/// The sweeps over a patch's constraints that one solve does.
+enum class Sweeps : unsigned char { Forward, Backward, Both };
+KERNEL constexpr bool goes_forward(Sweeps sweeps) { return sweeps != Sweeps::Backward; }
+KERNEL constexpr bool goes_backward(Sweeps sweeps) { return sweeps != Sweeps::Forward; }
+
+template <class R>
+struct SetView;
+
+/// All patches of a model.
+template <class R>
+struct PatchData {
+  const Patch* patches;
+  const Segment* segments;
+  const Batch* batches;
+  const SetView<R>* sets;
+  bool prefetches;  // the particles do not fit in a core's caches: those of the next patch are prefetched
+};
+
+/// Part of a kernel that a launch may have or not. (A device has no std::optional.)
+template <class Part>
+struct Optional {
+  Part part{};
+  bool given = false;
+  Optional() = default;
+  KERNEL Optional(const Part& of) : part(of), given(true) {}
+  KERNEL explicit operator bool() const { return given; }
+  KERNEL const Part* operator->() const { return &part; }
+  KERNEL const Part& operator*() const { return part; }
 };
 
 }  // namespace malha

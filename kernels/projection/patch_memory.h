@@ -4,6 +4,8 @@
 // particle at the start of the substep, relative to an origin near its body, its inverse mass, and its displacement
 // since: constraints are computed from differences that rounding leaves nearly exact.
 #pragma once
+#include "kernels/projection/patch.h"
+#include "kernels/simd/particles.h"
 #include "kernels/simd/rows.h"
 
 namespace malha {
@@ -36,35 +38,31 @@ struct SoaView {
             memory + 5 * slots,
             memory + 6 * slots};
   }
-  /// A view of the displacements in the place of the positions.
-  KERNEL SoaView displacements() const { return {dx, dy, dz, nullptr, nullptr, nullptr, nullptr}; }
+  KERNEL Points<R> positions() const { return {x, y, z}; }
+  KERNEL Points<R> displacements() const { return {dx, dy, dz}; }
   KERNEL SoaView from(int at) const { return {x + at, y + at, z + at, w + at, dx + at, dy + at, dz + at}; }
 
   template <class T>
   KERNEL void store_particle(int at, const PatchParticle<T>& q) const {
-    store(q.x.x, x + at), store(q.x.y, y + at), store(q.x.z, z + at), store(q.w, w + at);
-    store_displacement(at, q.d);
+    store_points(positions(), at, q.x), store(q.w, w + at), store_displacement(at, q.d);
   }
   template <class T>
   KERNEL void load_particle(int at, PatchParticle<T>& q) const {
-    load(x + at, q.x.x), load(y + at, q.x.y), load(z + at, q.x.z), load(w + at, q.w);
-    q.d = load_displacement<T>(at);
+    q.x = load_points<T>(positions(), at), load(w + at, q.w), q.d = load_displacement<T>(at);
   }
   template <class T>
   KERNEL Vector3<T> load_displacement(int at) const {
-    Vector3<T> d;
-    load(dx + at, d.x), load(dy + at, d.y), load(dz + at, d.z);
-    return d;
+    return load_points<T>(displacements(), at);
   }
   template <class T>
   KERNEL void store_displacement(int at, const Vector3<T>& d) const {
-    store(d.x, dx + at), store(d.y, dy + at), store(d.z, dz + at);
+    store_points(displacements(), at, d);
   }
-  template <class T>
-  KERNEL void add_displacement(int at, const Vector3<T>& more) const {
-    store_displacement(at, load_displacement<T>(at) + more);
+  /// `more`: Vector3 or Vec4.
+  template <class Mean>
+  KERNEL void add_displacement(int at, const Mean& more) const {
+    add_points(displacements(), at, more);
   }
-  KERNEL void add_displacement(int at, const Vec4<R>& more) const { add_displacement(at, more.xyz()); }
   template <class S>
   KERNEL void gather(const LocalIndex* index, PatchParticle<S>& q) const {
     for (int i = 0; i < int(sizeof(S) / sizeof(R)); ++i) {
@@ -84,7 +82,8 @@ struct AosView {
     Vec4<R>* const rows = reinterpret_cast<Vec4<R>*>(memory);
     return {rows, rows + slots};
   }
-  KERNEL AosView displacements() const { return {d, nullptr}; }
+  KERNEL ScatteredPoints<R> positions() const { return {row}; }
+  KERNEL ScatteredPoints<R> displacements() const { return {d}; }
 
   template <class T>
   KERNEL void store_particle(int at, const PatchParticle<T>& q) const {
@@ -132,5 +131,14 @@ struct AosView {
     }
   };
 };
+
+/// Calls work(view) with the view that a patch has of its memory.
+template <class R, class Work>
+KERNEL void with_patch_memory(const Patch& patch, void* memory, const Work& work) {
+  if (patch.columns)
+    work(SoaView<R>::over(static_cast<R*>(memory), patch.slots));
+  else
+    work(AosView<R>::over(static_cast<R*>(memory), patch.slots));
+}
 
 }  // namespace malha

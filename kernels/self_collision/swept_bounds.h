@@ -3,7 +3,7 @@
 // stay in the boxes of the last broad phase.
 #pragma once
 #include "kernels/geometry/simplex.h"
-#include "kernels/parallel/reductions.h"
+#include "kernels/parallel/compute.h"
 #include "kernels/self_collision/contact_block.h"
 #include "kernels/self_collision/swept_distance.h"
 #include "kernels/simd/particles.h"

@@ -151,5 +151,13 @@ template <class T, class R>
 KERNEL void store_points(const Points<R>& points, int i, const Vector3<T>& a) {
   store(a.x, points.x + i), store(a.y, points.y + i), store(a.z, points.z + i);
 }
+template <class T, class R>
+KERNEL void add_points(const Points<R>& points, int i, const Vector3<T>& more) {
+  store_points(points, i, load_points<T>(points, i) + more);
+}
+template <class R>
+KERNEL void add_points(const Points<R>& points, int i, const Vec4<R>& more) {
+  add_points(points, i, more.xyz());
+}
 
 }  // namespace malha

@@ -104,13 +104,12 @@ TYPED_TEST(PatchMemoryView, FillsAPackWithAllOfIt) {
   }
 }
 
-TYPED_TEST(PatchMemoryView, ShowsItsDisplacementsAsPositions) {
+TYPED_TEST(PatchMemoryView, ShowsItsPositionsAndDisplacementsAsPoints) {
   using R = typename TestFixture::Real;
-  const TypeParam ways = this->local.displacements();
-  if constexpr (TypeParam::is_soa) {
-    for (int i = 0; i < kSlots; ++i) EXPECT_TRUE(same({ways.x[i], ways.y[i], ways.z[i]}, this->three(R(i), 4))) << i;
-  } else {
-    for (int i = 0; i < kSlots; ++i) EXPECT_TRUE(same(ways.row[i].xyz(), this->three(R(i), 4))) << i;
+  const auto places = this->local.positions(), ways = this->local.displacements();
+  for (int i = 0; i < kSlots; ++i) {
+    EXPECT_TRUE(same(places[i], this->three(R(i), 0))) << i;
+    EXPECT_TRUE(same(ways[i], this->three(R(i), 4))) << i;
   }
 }
 

@@ -308,7 +308,7 @@ void expect_same_as_scalar(const Model& model, double size, const Executor& exec
     scalar.start_substep();
     for (int iteration = 0; iteration < 3; ++iteration) {
       SolvePatch<R> solve = bench.make_solve();
-      solve.first_iteration = iteration == 0;
+      if (iteration == 0) solve.first = FirstIteration<R>{};
       bench.run(solve);
       scalar(expected);
     }
@@ -349,7 +349,7 @@ TEST(Sweep, ForgetsLambdaWhenASubstepStarts) {
   const auto project = [&](bool first_iteration) {
     bench.held.d.upload(start);
     SolvePatch<double> solve = bench.make_solve();
-    solve.first_iteration = first_iteration;
+    if (first_iteration) solve.first = FirstIteration<double>{};
     bench.run(solve);
     return bench.held.d.download();
   };
@@ -369,9 +369,9 @@ Bench<Executor, R> advanced(const Model& model, const Executor& executor, int th
     if (!fused) parallel_for(executor, model.count(), Predict<R>{all, h, bench.gravity()});
     for (int iteration = 0; iteration < solver.iterations; ++iteration) {
       SolvePatch<R> solve = bench.make_solve();
-      solve.first_iteration = iteration == 0;
-      solve.predicts = fused && iteration == 0;
-      solve.updates = fused && iteration + 1 == solver.iterations;
+      if (iteration == 0) solve.first = FirstIteration<R>{};
+      if (fused && iteration == 0) solve.first = FirstIteration<R>{PatchPrediction<R>{}};
+      if (fused && iteration + 1 == solver.iterations) solve.update = bench.sweep.make_update(s + 1);
       bench.run(solve);
     }
     if (!fused) parallel_reduce<FirstIndex>(executor, model.count(), UpdateState<R>{all, h, per_h});
@@ -440,8 +440,8 @@ TEST(Sweep, NamesTheNonFiniteParticleAndItsSubstep) {
       EXPECT_EQ(bench.sweep.first_non_finite(bench.held.x.download(), model.user_index), -1);
       for (int substep = 1; substep <= 5; ++substep) {
         SolvePatch<float> solve = bench.make_solve();
-        solve.predicts = solve.updates = true;
-        solve.substep = substep;
+        solve.first = FirstIteration<float>{PatchPrediction<float>{}};
+        solve.update = bench.sweep.make_update(substep);
         bench.run(solve);
         EXPECT_EQ(bench.sweep.has_non_finite(), substep >= first) << name << ", substep " << substep;
       }

@@ -83,7 +83,7 @@ TEST(Plan, OfLooseParticlesIsOnePassAndNothingElse) {
             "  max_patch_slots: 91\n"
             "step:\n"
             "  patch_solves: by_step\n"
-            "  recorded: yes\n"
+            "  recorded: steps\n"
             "  substep: solve_substep\n"
             "launches_a_step:\n"
             "  fused_solve: 3\n"

@@ -58,8 +58,8 @@ TEST(StepPlan, IsLegalWhateverASceneHasAndAUserDoes) {
     const StepPlan plan = plan_step(features, now);
     const std::vector<Stage>& stages = plan.substep;
     SCOPED_TRACE(text_of(stages) + " / " + text_of(plan.iteration));
-    ++seen[std::string(name_of(plan.solves))], seen["skips"] += plan.skips_contacts, seen["recorded"] += plan.recorded;
-    seen["overlaps"] += plan.overlaps_queries;
+    ++seen[std::string(name_of(plan.solves))], seen["skips"] += plan.skips_contacts;
+    ++seen[std::string(name_of(plan.recorded))];
 
     // Each stage comes once, in the order of the enumeration; wind may follow the prediction, and is then added to it.
     std::vector<Stage> sorted = stages;
@@ -132,22 +132,16 @@ TEST(StepPlan, IsLegalWhateverASceneHasAndAUserDoes) {
     ASSERT_EQ(lists_stage(stages, Stage::MeasureMomenta), lists_stage(stages, Stage::CompareMomenta));
     ASSERT_EQ(lists_stage(plan.iteration, I::MeasureMomenta), lists_stage(plan.iteration, I::CompareMomenta));
     // No recorded step searches, asks the host, or depends on time or the user.
-    if (plan.recorded) {
+    if (plan.recorded == Recorded::Steps) {
       ASSERT_FALSE(features.contacts || features.self_collision || features.edges || features.pins_move ||
                    features.attachments_change || features.host_ends_iterations || now.acts() || now.callback);
-    }
-    // Between the detection of contacts and patch solves that begin meanwhile, nothing moves particles.
-    if (plan.overlaps_queries) {
-      ASSERT_EQ(plan.iteration.front(), I::SolvePatches);
-      for (const Stage stage : stages)
-        ASSERT_TRUE(stage <= Stage::StartSelfCollision || stage == Stage::StartPressures || stage >= Stage::Iterate);
     }
     // What cannot handle NaN makes the check come after each substep; patch solves that fuse check by themselves.
     ASSERT_EQ(plan.finite_each_substep,
               features.contacts || features.self_collision || features.edges || now.user_constraints || now.callback);
     ASSERT_FALSE(plan.fuses() && plan.finite_each_substep);
   }
-  for (const char* kind : {"in_iterations", "by_substep", "by_step", "skips", "recorded", "overlaps"})
+  for (const char* kind : {"in_iterations", "by_substep", "by_step", "skips", "steps", "patch_solves"})
     EXPECT_GT(seen[kind], 40) << kind;
 }
 
@@ -160,15 +154,15 @@ TEST(StepPlan, IsThatOfAFreeClothAgainOnceAHeldParticleIsReleased) {
   simulation.hold(5), simulation.step();
   EXPECT_TRUE(lists_stage(plan.substep, Stage::MoveHandles) &&
               lists_stage(plan.iteration, IterationStage::ProjectHandles));
-  EXPECT_FALSE(plan.fuses() || plan.recorded);
+  EXPECT_TRUE(!plan.fuses() && plan.recorded == Recorded::PatchSolves);
   simulation.release(5), simulation.step();
   EXPECT_EQ(text_of(plan.substep), "solve_substep");
-  EXPECT_TRUE(plan.recorded);
+  EXPECT_EQ(plan.recorded, Recorded::Steps);
 }
 
 struct Listed {
   std::string substep, iteration;
-  std::string solves = "in_iterations", notes = "";  // s: skips contacts, o: overlaps queries, r: recorded
+  std::string solves = "in_iterations", notes = "";  // s: skips contacts, r: steps are recorded
 };
 
 TEST(StepPlan, OfShippedScenes) {
@@ -180,11 +174,9 @@ TEST(StepPlan, OfShippedScenes) {
   const std::string carried =
       "move_pins damp predict detect_contacts correct_coarsely iterate clamp_tunnelling "
       "update_state restitute place_pins";
-  const Listed balloon{"damp predict " + pressed, "solve_patches project_pressures solve_contacts", "in_iterations",
-                       "o"};
-  const Listed rests{"predict " + contacts, "solve_patches solve_contacts", "in_iterations", "so"};
-  const Listed cloths{"wind predict " + guarded, "solve_patches solve_self_contacts solve_contacts", "in_iterations",
-                      "o"};
+  const Listed balloon{"damp predict " + pressed, "solve_patches project_pressures solve_contacts"};
+  const Listed rests{"predict " + contacts, "solve_patches solve_contacts", "in_iterations", "s"};
+  const Listed cloths{"wind predict " + guarded, "solve_patches solve_self_contacts solve_contacts"};
   const Listed in_wind{"wind solve_substep", "", "by_substep", "r"}, alone{"solve_substep", "", "by_step", "r"};
   const std::map<std::string, Listed> lists{
       {"at_rest", balloon},
@@ -199,7 +191,7 @@ TEST(StepPlan, OfShippedScenes) {
       {"crossed_sheets", cloths},
       {"crumpled_ball",
        {"release_attachments wind predict " + guarded,
-        "solve_patches project_attachments solve_self_contacts solve_contacts", "in_iterations", "o"}},
+        "solve_patches project_attachments solve_self_contacts solve_contacts"}},
       {"desbrun_closed", {"damp predict " + contacts, "solve_contacts"}},
       {"desbrun_sheet", {"wind predict iterate update_state", "", "in_iterations", "r"}},
       {"drape_bunny", cloths},
@@ -209,17 +201,17 @@ TEST(StepPlan, OfShippedScenes) {
       {"oscillator", alone},
       {"pendulum", alone},
       {"ramp", rests},
-      {"rotating_sphere", {"predict " + contacts, "solve_patches solve_contacts", "in_iterations", "o"}},
+      {"rotating_sphere", {"predict " + contacts, "solve_patches solve_contacts"}},
       {"sheet_no_shear", in_wind},
       {"sheet_shear", in_wind},
-      {"soft_bunny", {"damp wind predict " + contacts, "solve_patches solve_contacts", "in_iterations", "o"}},
+      {"soft_bunny", {"damp wind predict " + contacts, "solve_patches solve_contacts"}},
       {"thin_wall", rests},
       {"torn_sheet", {"move_pins damp solve_substep place_pins", "", "by_substep"}},
       {"turning_flag", {carried, "solve_patches solve_contacts"}},
       {"wrapped_balloon",
        {"wind predict detect_contacts start_self_collision start_pressures iterate clamp_tunnelling truncate_motion "
         "update_state restitute end_self_collision",
-        "solve_patches project_pressures solve_self_contacts solve_contacts", "in_iterations", "o"}},
+        "solve_patches project_pressures solve_self_contacts solve_contacts"}},
   };
   for (const std::string& name : shipped_scenes()) {
     ASSERT_TRUE(lists.contains(name)) << name;
@@ -229,8 +221,7 @@ TEST(StepPlan, OfShippedScenes) {
     EXPECT_EQ(text_of(plan.iteration), listed.iteration) << name;
     EXPECT_EQ(name_of(plan.solves), listed.solves) << name;
     EXPECT_EQ(plan.skips_contacts, listed.notes.find('s') != std::string::npos) << name;
-    EXPECT_EQ(plan.overlaps_queries, listed.notes.find('o') != std::string::npos) << name;
-    EXPECT_EQ(plan.recorded, listed.notes.find('r') != std::string::npos) << name;
+    EXPECT_EQ(plan.recorded == Recorded::Steps, listed.notes.find('r') != std::string::npos) << name;
   }
 }
 
