@@ -10,6 +10,7 @@
 #include "host/base/point_array.h"
 #include "host/mesh/generate.h"
 #include "host/mesh/topology.h"
+#include "host/model/build_constraints.h"
 #include "host/solver/solver.h"
 #include "tests/numbers.h"
 #include "tests/on_host.h"

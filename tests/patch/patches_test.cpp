@@ -36,7 +36,7 @@ std::vector<ConstraintSet> sheet(int across, int along, bool hinged = false) {
 }
 
 int crossing(const std::vector<ConstraintSet>& sets, const std::vector<int>& begin) {
-  const std::vector<int> patch_of = patch_of_particles({begin, {}});
+  const std::vector<int> patch_of = patch_of_particles({begin, {}, {}});
   int sum = 0;
   for (const ConstraintSet& set : sets)
     for (int c = 0; c < set.count(); ++c) {
