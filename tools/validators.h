@@ -67,9 +67,9 @@ inline CLI::Validator some_path() {
   return {[](const std::string& text) { return text.empty() ? found(text, "a path, not empty") : ""; }, ""};
 }
 
-/// One of `words`, which must outlive the validator.
+/// One of `words`.
 inline CLI::Validator one_of(const std::vector<std::string>& words) {
-  return {[&words](const std::string& text) {
+  return {[words](const std::string& text) {
             if (std::find(words.begin(), words.end(), text) != words.end()) return std::string();
             return "found " + malha::quoted(text) + did_you_mean(text, words) + "; allowed: " + join(words);
           },

@@ -152,7 +152,7 @@ class PairSearch {
     for (int k = 0; k < 2; ++k) clusters_.end[k] = upload(plan.end[k], kIndexScale<R>);
     wire_edge_ = Array<Executor, unsigned char>(plan.wire_edge);
     clusters_.wire_edge = wire_edge_.data();
-    has_wire_edges_ = std::ranges::find(plan.wire_edge, 1) != plan.wire_edge.end();
+    clusters_.has_wire_edges = std::ranges::find(plan.wire_edge, 1) != plan.wire_edge.end();
     clusters_.node = rows(plan.level.back() + 2 * kBranch);
     clusters_.levels = static_cast<int>(plan.nodes.size());
     std::ranges::copy(plan.level, clusters_.level), std::ranges::copy(plan.nodes, clusters_.nodes);
@@ -174,8 +174,7 @@ class PairSearch {
     do {
       index_memory_.reserve(particles_, threads, contacts.list_capacity());
       const typename PairIndexMemory<Executor>::template Find<R> find{
-          {clusters_, swept_bounds(), thickness_, has_wire_edges_, crosses_.data(), contacts.pairs()},
-          index_memory_.index_map()};
+          {clusters_, swept_bounds(), thickness_, crosses_.data(), contacts.pairs()}, index_memory_.index_map()};
       parallel_region(executor_, threads, [&](const auto& team) {
         parallel_for_interleaved(team, clusters_.count, find, index_memory_.template memory<R>());
       });
@@ -191,7 +190,6 @@ class PairSearch {
   R thickness_;
   int particles_;
   ClusterBvh<R> clusters_{};
-  bool has_wire_edges_ = false;
   std::vector<Array<Executor, int>> lists_;         // of clusters_
   std::vector<Array<Executor, R>> boxes_of_items_;  // of clusters_, and of its nodes
   Array<Executor, unsigned char> wire_edge_;

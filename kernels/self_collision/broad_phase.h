@@ -13,7 +13,6 @@ struct BroadPhaseQuery {
   ClusterBvh<R> clusters;
   SweptBounds<R> bounds;
   R thickness;
-  bool has_wire_edges;            // whether any edge belongs to no triangle
   const CrossingBodies* crosses;  // of each particle; null: no bodies intersect
   Pairs<R> pairs;
 
@@ -34,7 +33,7 @@ struct BroadPhaseQuery {
     } else {
       c[0] = clusters.end[0][i], c[1] = clusters.end[1][i], c[2] = clusters.end[0][j], c[3] = clusters.end[1][j];
       apart = (c[0] != c[2]) & (c[0] != c[3]) & (c[1] != c[2]) & (c[1] != c[3]);
-      if (has_wire_edges) apart = apart && bool(clusters.wire_edge[i] | clusters.wire_edge[j]) == wire_edge;
+      if (clusters.has_wire_edges) apart = apart && bool(clusters.wire_edge[i] | clusters.wire_edge[j]) == wire_edge;
     }
     return apart;
   }
@@ -90,7 +89,7 @@ struct FindCandidates {
     Finder<typename Group::Isa> finder(query, group.index, index_map.of(group.memory));
     finder.template find<PairKind::Face>(0, false);
     finder.template find<PairKind::Edges>(1, false);
-    if (query.has_wire_edges) finder.template find<PairKind::Edges>(2, true);
+    if (query.clusters.has_wire_edges) finder.template find<PairKind::Edges>(2, true);
     finder.builder.finish(group.index);
   }
 

@@ -54,7 +54,7 @@ struct FindCandidatesCooperatively {
     group.for_each(1, [&](int) KERNEL_LAMBDA { shared.builder.start(query.pairs, group.index, map); });
     find<PairKind::Face>(group, shared, 0, false);
     find<PairKind::Edges>(group, shared, 1, false);
-    if (query.has_wire_edges) find<PairKind::Edges>(group, shared, 2, true);
+    if (query.clusters.has_wire_edges) find<PairKind::Edges>(group, shared, 2, true);
     group.for_each(1, [&](int) KERNEL_LAMBDA { shared.builder.finish(group.index); });
   }
 

@@ -57,7 +57,7 @@ enum ClusterItems { kPoints, kTriangles, kEdges, kItemKinds };
 template <class R>
 struct ClusterBvh {
   static constexpr int kMaxLevels = 9;
-  int count;
+  int count, has_wire_edges;     // clusters; whether any edge belongs to no triangle
   const int* begin[kItemKinds];  // first item of each cluster, one more at the end
   const int* point;
   const int* corner[3];

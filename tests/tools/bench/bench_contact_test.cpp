@@ -24,8 +24,9 @@ TEST(BenchContact, MeasuresTimeQueriesAndBytes) {
     EXPECT_GT(row["contact_ns_per_particle_and_substep"], 0);
     EXPECT_GT(row["floor_ns_per_particle_and_substep"], 0);
     EXPECT_GT(row["list_queries_per_step"], row["full_queries_per_step"].get<double>());
-    EXPECT_LE(row["bytes_per_far_particle"], 24);
-    EXPECT_LE(row["bytes_per_near_particle"], 400);
+    // 24 and 400 bytes, and room in the lists for an eighth more.
+    EXPECT_LE(row["bytes_per_far_particle"], 27);
+    EXPECT_LE(row["bytes_per_near_particle"], 450);
     EXPECT_EQ(row["state_hash_after_warm_up"], rows[k / 2 * 2]["state_hash_after_warm_up"]);
   }
 }
