@@ -21,15 +21,10 @@ class EnvironmentCollider {
       : meshes_(executor, model), contacts_(meshes_), particles_(model.x.size()) {}
 
   /// Detects the contacts of the paths from x to p, while the meshes move from their poses at `start` to those at `end`
-  /// (s). While the host runs the Embree queries, overlap(mask) may launch device work that does not touch the
-  /// particles in the mask.
-  template <class Overlap>
-  void detect_contacts(const Particles<R>& particles, double start, double end, const Overlap& overlap) {
-    meshes_.set_poses(start, end);
-    contacts_.detect(particles, overlap);
-  }
+  /// (s).
   void detect_contacts(const Particles<R>& particles, double start, double end) {
-    detect_contacts(particles, start, end, [](const ActiveMask&) {});
+    meshes_.set_poses(start, end);
+    contacts_.detect(particles);
   }
   void solve_contacts(const Particles<R>& particles) { contacts_.solve(particles); }
   /// See EnvironmentContacts.

@@ -19,16 +19,14 @@ class EnvironmentContacts {
           return o.spec.restitution > 0;
         })) {}
 
-  /// Detects the contacts of the paths from x to p, with the meshes at their poses of this substep. `overlap`: see
-  /// EnvironmentMeshes::query_embree().
-  template <class Overlap>
-  void detect(const Particles<R>& particles, const Overlap& overlap) {
+  /// Detects the contacts of the paths from x to p, with the meshes at their poses of this substep.
+  void detect(const Particles<R>& particles) {
     // Paths of at most half the thickness never need a sweep, whatever the distance from the mesh (needs_sweep()).
     for (Object& o : meshes_.objects) invalidate(o, particles, o.spec.motion.empty() ? o.spec.thickness / 2 : -1);
     if constexpr (EnvironmentMeshes<Executor, R>::kOnHost)
       detect_one_by_one(particles);
     else
-      detect_together(particles, overlap);
+      detect_together(particles);
   }
 
   void solve(const Particles<R>& particles) {
@@ -96,8 +94,7 @@ class EnvironmentContacts {
     }
   }
   /// Queries all meshes with one transfer of what a device leaves to the host.
-  template <class Overlap>
-  void detect_together(const Particles<R>& particles, const Overlap& overlap) {
+  void detect_together(const Particles<R>& particles) {
     const int count = meshes_.count();
     const ActiveMask active = meshes_.masks(count);
     double max_lift = INFINITY;
@@ -111,12 +108,10 @@ class EnvironmentContacts {
     const ContactQuery<R>* const on_device = meshes_.queries_on_device(particles);
     parallel_for(meshes_.executor(), active.groups, AllocateEntries<R>{on_device, active});
     parallel_for(meshes_.executor(), particles.count, QueryOctrees<R>{on_device, active, max_lift});
-    meshes_.query_embree(
-        particles, active, meshes_.count_active(active),
-        [&](const EnvironmentView<R>& staged, const ActiveMask& left, const auto& launch) {
-          for (int k = 0; k < count; ++k) launch(FindContact<R>(staged, k, left.mask(k)));
-        },
-        overlap);
+    meshes_.query_embree(particles, active, meshes_.count_active(active),
+                         [&](const EnvironmentView<R>& staged, const ActiveMask& left, const auto& launch) {
+                           for (int k = 0; k < count; ++k) launch(FindContact<R>(staged, k, left.mask(k)));
+                         });
   }
 
   EnvironmentMeshes<Executor, R>& meshes_;

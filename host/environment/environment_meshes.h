@@ -116,24 +116,18 @@ class EnvironmentMeshes {
   }
 
   /// Runs query(environment, masks, launch) on the `active` particles of the masks, in memory that the host reads:
-  /// launch(kernel) runs a kernel that queries Embree on all their groups. While a device's host does so,
-  /// overlap(masks) may launch device work that touches none of these particles.
-  template <class Query, class Overlap>
+  /// launch(kernel) runs a kernel that queries Embree on all their groups.
+  template <class Query>
   void query_embree(const Particles<R>& particles, const ActiveMask& masks, const ActiveCount& active,
-                    const Query& query, const Overlap& overlap) {
+                    const Query& query) {
     if constexpr (kOnHost) {
       query(view(particles), masks, [&](const auto& kernel) { for_groups_interleaved(active.particles, kernel); });
     } else if (active.particles > 0) {
       const auto on_host = [&](const EnvironmentView<R>& all, const ActiveMask& staged) {
         query(all, staged, [&](const auto& kernel) { parallel_for_interleaved(executor_, staged.groups, kernel); });
       };
-      staging_.run(view(particles), masks, active, on_host, overlap);
+      staging_.run(view(particles), masks, active, on_host);
     }
-  }
-  template <class Query>
-  void query_embree(const Particles<R>& particles, const ActiveMask& masks, const ActiveCount& active,
-                    const Query& query) {
-    query_embree(particles, masks, active, query, [](const ActiveMask&) {});
   }
 
   /// Runs a kernel on all groups of particles.

@@ -19,17 +19,14 @@ class HostQueryStaging {
   explicit HostQueryStaging(const Executor& executor) : executor_(executor) {}
 
   /// Calls query(environment, masks), both in the host's memory, for the `active` particles of the masks. The caches of
-  /// all meshes have the capacity for them. overlap(masks), which is called before, may launch device work that touches
-  /// neither these particles nor the meshes.
-  template <class Query, class Overlap>
-  void run(const EnvironmentView<R>& all, const ActiveMask& masks, const ActiveCount& active, const Query& query,
-           const Overlap& overlap) {
+  /// all meshes have the capacity for them.
+  template <class Query>
+  void run(const EnvironmentView<R>& all, const ActiveMask& masks, const ActiveCount& active, const Query& query) {
     const StagingBuffer<R> device_buffer = allocate(all, masks, active);
     pack(all, masks, device_buffer);
     StagingBuffer<R> host_buffer = device_buffer;
     host_buffer.base = aligned(host_memory_.data());
     Memory<Executor>::copy_out(device_buffer.base, device_buffer.bytes(), host_buffer.base);
-    overlap(masks);
     std::vector<ProximityCacheView<R>> caches;
     for (int k = 0; k < all.count; ++k) caches.push_back(host_buffer.cache(k));
     query(EnvironmentView<R>{all.meshes, all.count, host_buffer.particles(), caches.data()}, host_buffer.active());

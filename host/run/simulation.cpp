@@ -311,7 +311,7 @@ void Simulation::set_gravity(const Vec3& gravity) {
   require_numbers("gravity", {gravity}, 1, "one");
   if (gravity == parts_->model().scene.gravity) return;
   parts_->hash_of_scene();
-  if (!parts_->solver().facts().levels.empty()) {
+  if (parts_->solver().has_levels()) {  // whose lengths depend on gravity
     Scene scene = parts_->model().scene;
     scene.gravity = gravity;
     const bool torn = !parts_->splits().empty();

@@ -50,6 +50,8 @@ class Solver {
   virtual const SolverStats& facts() const = 0;
   /// Tells how the last step ran; before the first one, and after constraints were added, how the next one will.
   virtual const StepPlan& step_plan() const = 0;
+  /// Tells whether coarse levels are laid out, for any state of the pins.
+  virtual bool has_levels() const = 0;
   /// Measures the errors of Desbrun's filter; none: the method has no filter.
   virtual std::optional<FilterErrors> filter_errors() const { return std::nullopt; }
   virtual const std::array<double, kPassNames.size()>& pass_seconds() const = 0;  // per pass, since the start

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // A step as a list: the stages of a substep in their order, how patches are solved in it, and whether a device may
-// record it. The time stepper executes this list, and `malha plan` prints it. Only two things are decided within a
-// step: whether particles are too far from all objects to need contact tests, and when the iterations end.
+// record it. The time stepper executes this list, and `malha plan` prints it. What a stage does with the state of the
+// moment is its own: sleep skips a whole step, particles that are far from all objects skip the contact tests of one,
+// iterations end at a tolerance, and levels act in every so many substeps.
 #pragma once
 #include <string_view>
 #include <vector>

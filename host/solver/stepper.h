@@ -75,6 +75,7 @@ class TimeStepper : public Solver {
   std::vector<Vec3> velocities() const final { return in_user_order(v_.download(), model_.user_index); }
   const SolverStats& facts() const final { return facts_; }
   const StepPlan& step_plan() const final { return plan_; }
+  bool has_levels() const final { return features_.levels; }
   const std::array<double, kPassNames.size()>& pass_seconds() const final { return seconds_; }
   std::string save() const final {
     return collider_ ? save_state(state_to_save(), *collider_) : save_state(state_to_save());
