@@ -207,13 +207,14 @@ std::vector<Level> make_levels(const Model& model, const std::vector<double>& w,
     for (int i = 0; i < fine.count(); ++i) now[kept[i]] = i, part[i] = part[kept[i]];
     for (int& i : in_graph) i = i < 0 ? -1 : now[i];
   };
+  const int parts = static_cast<int>(full.parts.size());
   while (static_cast<int>(levels.size()) < most) {
-    keep(smooth(fine, part, static_cast<int>(full.parts.size())));
-    Coarsening coarser;
-    for (std::vector<bool> smaller(1, false); fine.count() > 0 && std::ranges::count(smaller, false) > 0;) {
+    keep(smooth(fine, part, parts));
+    Coarsening coarser = coarsen(fine, threads);
+    // Components without a level are left out; what the others get does not change.
+    if (const std::vector<bool> smaller = reduced(fine, coarser, part, parts); std::ranges::count(smaller, false) > 0) {
+      keep(smaller);
       coarser = coarsen(fine, threads);
-      smaller = reduced(fine, coarser, part, static_cast<int>(full.parts.size()));
-      if (std::ranges::count(smaller, false) > 0) keep(smaller);
     }
     if (fine.count() == 0) break;
     const int n = coarser.graph.count();

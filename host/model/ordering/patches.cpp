@@ -271,8 +271,7 @@ Cut cut_into_patches(const std::vector<ConstraintSet>& sets, const std::vector<E
   for (const int i : spans.low) owner.push_back(patches.island_of(i));
   const ByOwner own = by_owner(owner, count);
   for (int k = 0; k < count; ++k)
-    size.push_back(patch_size(spans, std::span(own.list).subspan(own.begin[k], own.begin[k + 1] - own.begin[k]),
-                              islands[k], islands[k + 1] - islands[k], bounds));
+    size.push_back(patch_size(spans, own[k], islands[k], islands[k + 1] - islands[k], bounds));
   std::vector<int> order(particles);
   std::iota(order.begin(), order.end(), 0);
   std::vector<std::uint8_t> has_runs;

@@ -46,19 +46,19 @@ Runs find_runs(const std::vector<int>& particles, int arity, const std::vector<s
   };
   std::map<int, Island> islands;
   for (int c = 0; c < count; ++c) ++islands[island_of(c)].constraints;
+  std::vector<std::map<Family, std::size_t>::const_iterator> family_of_constraint(count);
   for (int c = 0; c < count; ++c)
     if (Island& own = islands.at(island_of(c)); !own.is_irregular())
-      own.rank.try_emplace(family_of(&particles[c * arity], arity, class_of), own.rank.size());
+      family_of_constraint[c] =
+          own.rank.try_emplace(family_of(&particles[c * arity], arity, class_of), own.rank.size()).first;
   Runs result;
   std::vector<std::map<Family, std::vector<int>>> by_rank;  // a family of the same rank in several islands is one
   for (int c = 0; c < count; ++c) {
-    const Island& own = islands.at(island_of(c));
-    if (own.is_irregular()) {
+    if (islands.at(island_of(c)).is_irregular()) {
       result.loose.push_back(c);
       continue;
     }
-    const Family family = family_of(&particles[c * arity], arity, class_of);
-    const std::size_t rank = own.rank.at(family);
+    const auto& [family, rank] = *family_of_constraint[c];
     if (by_rank.size() <= rank) by_rank.resize(rank + 1);
     by_rank[rank][family].push_back(c);
   }
