@@ -195,11 +195,11 @@ class EnvironmentCollider {
   /// slots, at all meshes.
   void clamp(const Particles<R>& particles, const ActiveCount& active, bool move_with_meshes) {
     const auto query = [&](const EnvironmentView<R>& all, const ActiveMask& staged, const auto& launch) {
-      std::vector<unsigned long long> unresolved(static_cast<std::size_t>(staged.groups));
-      launch(ClampTunnelling<R>{{all}, move_with_meshes, staged.bits, unresolved.data()});
-      if (std::all_of(unresolved.begin(), unresolved.end(), [](auto bits) { return bits == 0; })) return;
-      if constexpr (kOnHost) meshes_.reserve_slots(0, meshes_.count(), {unresolved.data(), 1, staged.groups});
-      launch(RecordTunnelling<R>{{all}, unresolved.data()});
+      unresolved_.assign(static_cast<std::size_t>(staged.groups), 0);
+      launch(ClampTunnelling<R>{{all}, move_with_meshes, staged.bits, unresolved_.data()});
+      if (std::ranges::all_of(unresolved_, [](auto bits) { return bits == 0; })) return;
+      if constexpr (kOnHost) meshes_.reserve_slots(0, meshes_.count(), {unresolved_.data(), 1, staged.groups});
+      launch(RecordTunnelling<R>{{all}, unresolved_.data()});
     };
     meshes_.query_embree(particles, meshes_.masks(1), active, query);
   }
@@ -208,6 +208,7 @@ class EnvironmentCollider {
   EnvironmentContacts<Executor, R> contacts_;
   Array<Executor, Clearance> clearance_;
   PointArray<Executor, R> saved_displacements_;  // displacements before resolve_crossings()
+  std::vector<unsigned long long> unresolved_;   // mask of particles that clamp() cannot clamp
   std::size_t particles_;
 };
 

@@ -47,7 +47,7 @@ struct ContactQuery : MovingMesh {
     const int slot = cache.slot(i);
     if (slot >= 0 && cache.contacts[slot].plane.w != -R(INFINITY)) {
       Contact<R>& contact = cache.contacts[slot];
-      if (same(particles.x[i], contact.cached_position)) return false;
+      if (contact.holds_at(particles.x[i])) return false;
       invalidate(contact);  // another mesh has moved it since
     }
     query.i = i;

@@ -16,6 +16,9 @@ struct alignas(16 * sizeof(R)) Contact {
   Vector3<R> friction_displacement;  // m, by which friction has moved the particle back, at most mu lambda
   Vector3<R> cached_position{};      // x for which the plane was computed and still holds; NaN: none
   int particle = -1;                 // -1: the slot is unused
+
+  /// Tells whether the plane still holds for the particle at x: only where it was computed.
+  KERNEL bool holds_at(const Vector3<R>& x) const { return same(x, cached_position); }
 };
 
 /// Makes the next detection compute the contact anew, wherever its particle starts.
@@ -41,7 +44,7 @@ struct InvalidateContacts {
   KERNEL void operator()(int s) const {
     Contact<R>& contact = contacts[s];
     const int i = contact.particle;
-    if (i < 0 || max_path < 0 || !same(p.x[i], contact.cached_position)) return invalidate(contact);
+    if (i < 0 || max_path < 0 || !contact.holds_at(p.x[i])) return invalidate(contact);
     const Vector3<double> path = in_double(p.d[i]);
     if (!(dot(path, path) <= max_path * max_path)) return invalidate(contact);
     contact.lambda = R(0);
