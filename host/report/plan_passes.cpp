@@ -37,7 +37,7 @@ std::vector<StepPass> step_passes(const Model& model, const Solver& solver) {
   const std::size_t substeps = spec.substeps, iterations = substeps * spec.iterations;
   const std::size_t solves = iterations * sweep_order(facts.patches.colours).size(), objects = model.environment.size();
   const std::size_t free = model.free.empty() ? 0 : 1, refine = spec.desbrun.refinement_iterations;
-  const std::size_t comparisons = plan.solves_alone == PatchSolves::ByStep ? 1 : substeps;  // of momenta
+  const std::size_t comparisons = spec.substeps / plan.substeps_compared(spec.substeps);  // of momenta
   const std::size_t drags = model.scene.wind && model.scene.wind->drag > 0 ? substeps : 0;
   const bool bounces =
       std::ranges::any_of(model.environment, [](const EnvironmentMesh& mesh) { return mesh.spec.restitution > 0; });
@@ -112,7 +112,7 @@ std::vector<StepPass> step_passes(const Model& model, const Solver& solver) {
   // Once a step: momenta are restored, after a measurement unless a comparison was the last one; levels have an origin
   // for its positions; the clearance to each object and to all; and what watches whole steps. A sleeping scene launches
   // none of all these.
-  add(Pass::MomentumCorrection, free * (plan.solves_alone == PatchSolves::InIterations ? 4 : 2));
+  add(Pass::MomentumCorrection, free * (plan.compares_substeps() ? 2 : 4));
   add(Pass::Levels, facts.level_layouts), add(Pass::Collision, plan.skips_contacts ? objects + 1 : 0);
   add(Pass::Tearing, can_tear(model.scene)), add(Pass::Sleep, model.scene.sleep.has_value());
 

@@ -77,6 +77,7 @@ StepFeatures step_features(const Model& model, bool levels);
 /// This tells what a user holds or added, which the layout does not contain.
 struct Interaction {
   bool handles = false, user_constraints = false, callback = false;
+  /// Tells whether handles or user constraints act, which the layout does not contain.
   bool acts() const { return handles || user_constraints; }
   bool operator==(const Interaction&) const = default;
 };
@@ -103,6 +104,11 @@ struct StepPlan {
   bool skips_contacts = false;  // steps in which no particle can reach an object run as patch solves alone
   Recorded recorded = Recorded::PatchSolves;
   bool finite_each_substep = false;  // positions must be finite before the next substep, otherwise before the next step
+
+  /// Tells whether momenta of free bodies are compared over substeps, not over the projections of each iteration.
+  bool compares_substeps() const { return solves_alone != PatchSolves::InIterations; }
+  /// Number of substeps, of those of a step, over which they are compared at once.
+  int substeps_compared(int substeps) const { return solves_alone == PatchSolves::ByStep ? substeps : 1; }
 };
 
 /// Returns how a step runs. Pure: the same arguments give the same list.

@@ -63,7 +63,7 @@ class TimeStepper : public Solver {
     advance();
     check_energy();
     if (self_ || collider_) note_collision();
-    if (sleeper_ && !has_external_constraints())
+    if (sleeper_ && !interaction().acts())
       timed(Pass::Sleep, [&] { sleeper_->watch(particles(), start, end, steps_); });
   }
 
@@ -251,7 +251,7 @@ class TimeStepper : public Solver {
   }
   /// Plans the next step anew if the user has taken or released particles, or added constraints or a callback.
   void plan() {
-    const Interaction now{has_handles(), user_constraints_.has_value(), substep_callback_ != nullptr};
+    const Interaction now = interaction();
     if (now == interaction_) return;
     interaction_ = now;
     set_features(features_);
@@ -274,8 +274,7 @@ class TimeStepper : public Solver {
   }
 
   void restore_momenta() {
-    const bool compared = plan_.solves_alone != PatchSolves::InIterations;
-    const auto work = [&] { momentum_corrector_->restore_momenta(particles(), compared); };
+    const auto work = [&] { momentum_corrector_->restore_momenta(particles(), plan_.compares_substeps()); };
     if (momentum_corrector_) repeat_step("momenta", [&] { timed(Pass::MomentumCorrection, work); });
   }
 
@@ -457,8 +456,7 @@ class TimeStepper : public Solver {
     }
   }
 
-  /// Number of substeps over which momenta are compared.
-  int substeps_compared() const { return plan_.solves_alone == PatchSolves::ByStep ? model_.scene.solver.substeps : 1; }
+  int substeps_compared() const { return plan_.substeps_compared(model_.scene.solver.substeps); }
   bool begins_comparison() const { return substep_ % substeps_compared() == 0; }
   bool ends_comparison() const { return (substep_ + 1) % substeps_compared() == 0; }
   void measure_momenta() {
@@ -529,8 +527,9 @@ class TimeStepper : public Solver {
   static Vector3<R> to_R(const Vec3& a) { return {R(a[0] + 0), R(a[1] + 0), R(a[2] + 0)}; }
 
   bool has_handles() const { return handles_ && !handles_->empty(); }
-  /// Tells whether handles or user constraints act, which the layout does not contain.
-  bool has_external_constraints() const { return has_handles() || user_constraints_; }
+  Interaction interaction() const {
+    return {has_handles(), user_constraints_.has_value(), substep_callback_ != nullptr};
+  }
 
   /// Throws Diverged if the energy has exploded, finite or not. `now`: checks at this step, whichever it is.
   void check_energy(bool now = false) {
