@@ -20,7 +20,7 @@ namespace {
 /// Elements of a body's mesh on which constraints act: edges, hinges, triangles ... (kernels/projection/element.h).
 struct Elements {
   std::vector<int> particles;  // facts_of(element).particles for each element, in the body's numbering
-  // Of a material, for each element its compliance times the modulus; empty for constraints with stiffness or
+  // The compliance of each element times the modulus of its material; it is empty for constraints with stiffness or
   // compliance.
   std::vector<double> softness;
 };

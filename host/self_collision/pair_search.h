@@ -38,7 +38,7 @@ class PairSearch {
   }
 
   int clusters() const { return clusters_.count; }
-  /// Of each particle: 1 if it takes part.
+  /// Returns 1 for each particle that takes part, and 0 for the others.
   const unsigned char* takes_part() const { return takes_part_.data(); }
   std::int64_t searches() const { return searches_; }
   /// Number of substeps that searches look ahead now.

@@ -179,7 +179,8 @@ class SelfCollider {
   /// the mean motion of these; others are at rest in the world. Returns whether any displacement was truncated.
   bool truncate(const Particles<R>& particles, MotionState* states);
 
-  /// What the guard may still do in a substep. It projects in its first call: later that hardly ever helps.
+  /// The budget says what the guard may still do in a substep. It projects in its first call: later that hardly ever
+  /// helps.
   struct Budget {
     bool projects = true;
     int pushes = 8, kinematic_moves = 16;
@@ -253,7 +254,7 @@ bool SelfCollider<Executor, R>::resolve_intersections(const Particles<R>& partic
   for (bool again = true; again;) {
     truncated = truncate(particles, states) || truncated;
     left = driven ? violations_at_end() : 0;
-    // What kinematic particles still penetrate moves with them, and others must make way for it.
+    // Particles that kinematic ones still penetrate move with these, and others must make way for them.
     again = left > 0 && budget_.kinematic_moves-- > 0 && contacts_.move_with_kinematic(motions(), owners, states);
     if (again) apply_motion(particles);
   }

@@ -110,17 +110,17 @@ class SelfContacts {
   /// Number of contacts that pushed in the last substep.
   int pushes() const { return earlier_pushes_ != kNotCounted ? earlier_pushes_ : detected_ ? count_pushes() : 0; }
 
-  /// Pairs that would intersect at the end of the motions.
+  /// Counts the pairs that would intersect at the end of the motions.
   ViolationCount violations_at_end(const Trajectories<R>& motions) {
     find_violations(motions, false, nullptr);
     return sum_violations();
   }
-  /// The same; those that are no contacts become contacts, for the next projection.
+  /// Counts them too, and makes contacts of those that are none, for the next projection.
   ViolationCount violations_to_project(const Trajectories<R>& motions) {
     find_violations(motions, true, nullptr);
     return sum_violations();
   }
-  /// Those that truncation can still resolve: with a particle that is not truncated yet.
+  /// Counts those that truncation can still resolve: they have a particle that is not truncated yet.
   ViolationCount violations_to_truncate(const Trajectories<R>& motions, const MotionState* states) {
     find_violations(motions, false, states);
     return sum_violations();
