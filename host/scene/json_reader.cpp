@@ -73,7 +73,8 @@ bool JsonReader::has_only(const std::vector<Field>& fields) const {
   const std::vector<std::string> allowed = keys_of(fields);
   if (!value_->is_object()) refuse_value("an object with the keys " + join(allowed));
   bool all = true;
-  for (const auto& [key, item] : value_->items()) {
+  for (const auto& item : value_->items()) {
+    const std::string& key = item.key();
     if (std::find(allowed.begin(), allowed.end(), key) != allowed.end()) continue;
     all = false;
     collect([&] { at(key).refuse("unknown key '" + key + "'" + did_you_mean(key, allowed), join(allowed)); });
@@ -101,9 +102,9 @@ void JsonReader::one_of(const std::vector<Field>& fields, const std::vector<Fiel
   all.insert(all.end(), optional.begin(), optional.end());
   if (!has_only(all)) ErrorList::end_part();
   std::vector<std::string> found;
-  for (const auto& [key, item] : value_->items())
-    if (std::any_of(fields.begin(), fields.end(), [&](const Field& field) { return field.key == key; }))
-      found.push_back(key);
+  for (const auto& item : value_->items())
+    if (std::any_of(fields.begin(), fields.end(), [&](const Field& field) { return field.key == item.key(); }))
+      found.push_back(item.key());
   if (found.size() != 1) {
     const std::string none = value_->empty() ? "an empty object" : "none of these keys";
     refuse(found.empty() ? none : join(found), "exactly one of " + join(keys_of(fields)));
