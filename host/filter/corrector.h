@@ -17,13 +17,17 @@ class FilterCorrector {
   /// without synchronisation.
   void correct(const FilteredBody<R>& body, int count, Corrector how) {
     NetMotion* const net = net_.data();
+    measure(body, count, how, net);
+    parallel_for(executor_, count, RemoveRigid<R>{body, net, how == Corrector::Paper});
+  }
+
+  /// Measures the rigid part of the accelerations, or of another field in their place.
+  void measure(const FilteredBody<R>& body, int count, Corrector how, NetMotion* net) {
     parallel_reduce_into(executor_, count, SumMass<R>{body}, &net->mass);
     parallel_for(executor_, 1, ComputeMeanMotion{net});
-    if (how != Corrector::Off) {
-      parallel_reduce_into(executor_, count, SumTorque<R>{body, net}, &net->spin);
-      parallel_for(executor_, 1, ComputeAngularAcceleration{net, how == Corrector::Paper});
-    }
-    parallel_for(executor_, count, RemoveRigid<R>{body, net, how == Corrector::Paper});
+    if (how == Corrector::Off) return;
+    parallel_reduce_into(executor_, count, SumTorque<R>{body, net}, &net->spin);
+    parallel_for(executor_, 1, ComputeAngularAcceleration{net, how == Corrector::Paper});
   }
 
  private:

@@ -50,12 +50,32 @@ class SpringForces {
     sum(MissingForces<R>{view(), now_.data(), acceleration, mass, force});
   }
 
+  /// Computes h^2 F of the stencils at the predicted positions. Their targets are those of the start of the substep,
+  /// turned by the rotation of their block (rad).
+  void sum_stencils(const Particles<R>& particles, double h, const Vec4<R>* rotations, const Points<R>& impulse) const {
+    parallel_for(executor_, particles.count, OffsetRows<R>{particles, now_.data(), ahead_.data()});
+    find_turned_targets(rotations);
+    sum(LinearImpulses<R>{view(), now_.data(), ahead_.data(), R(h * h), impulse});
+  }
+  bool has_targets() const { return !targets_.empty(); }
+
+  /// Notes the block of each constraint with a target, from that of each particle (-1: none).
+  void set_blocks(const std::vector<int>& block_of) {
+    for (Targets& own : targets_) {
+      const std::size_t n = own.particles.size() / own.count;
+      std::vector<int> block(own.count, 0);
+      for (std::size_t k = 0; k < own.particles.size(); ++k)
+        block[k / n] = std::max(block[k / n], block_of[own.particles[k]]);
+      own.block = Array<Executor, int>(block);
+    }
+  }
+
   std::size_t bytes() const {
     std::size_t sum = begin_.bytes() + other_.bytes() + stiffness_.bytes() + rest_.bytes() + filtered_mass_.bytes() +
                       now_.bytes() + ahead_.bytes() + rows_.bytes() + pull_begin_.bytes() + pull_row_.bytes() +
                       pull_weight_.bytes();
     for (const Targets& set : targets_)
-      sum += set.particle.bytes() + set.weight.bytes() + set.own.bytes() + set.stiffness.bytes();
+      sum += set.particle.bytes() + set.block.bytes() + set.weight.bytes() + set.own.bytes() + set.stiffness.bytes();
     return sum;
   }
   /// Launches of one sum of forces.
@@ -69,7 +89,8 @@ class SpringForces {
   struct Targets {
     const ConstraintSet* set;
     int count, first_row;
-    Array<Executor, int> particle;
+    std::vector<int> particles;  // of each constraint
+    Array<Executor, int> particle, block;
     Array<Executor, R> weight, own, stiffness;
   };
 
@@ -94,10 +115,20 @@ class SpringForces {
   void find_targets(Vec4<R>* at) const {
     for (const Targets& own : targets_)
       with_stencil(*own.set, [&]<class Kind, class Stencil>(Kind, Stencil) {
-        const TargetView<R> view{own.particle.data(), own.weight.data(), own.own.data(), own.stiffness.data(),
-                                 rows_.data() + own.first_row};
-        parallel_for(executor_, own.count, ComputeTargets<R, Stencil, Kind::particles>{view, at});
+        parallel_for(executor_, own.count, ComputeTargets<R, Stencil, Kind::particles>{view_of(own), at});
       });
+  }
+  void find_turned_targets(const Vec4<R>* rotations) const {
+    for (const Targets& own : targets_)
+      with_stencil(*own.set, [&]<class Kind, class Stencil>(Kind, Stencil) {
+        if constexpr (bends<Kind>())
+          parallel_for(executor_, own.count,
+                       ComputeTurnedTargets<R, Stencil, Kind::particles>{view_of(own), now_.data(), own.block.data(),
+                                                                         rotations});
+      });
+  }
+  TargetView<R> view_of(const Targets& own) const {
+    return {own.particle.data(), own.weight.data(), own.own.data(), own.stiffness.data(), rows_.data() + own.first_row};
   }
 
   /// First slot of each pack, which has as many as its particle with the most.
@@ -118,13 +149,14 @@ class SpringForces {
     int rows = 0;
     for (const ConstraintSet& set : model.stencils)
       with_stencil(set, [&]<class Kind, class Stencil>(Kind, Stencil) {
-        std::vector<int> particle;
+        std::vector<int> particle, particles;
         std::vector<R> weight, own, stiffness;
         const int first = rows;
         for (int c = 0; c < set.count(); ++c) {
           const StencilOf<Kind> one = stencil_of<Kind>(set, c, model.x);
           if (std::ranges::all_of(one.own, [](double a) { return a == 0; })) continue;
-          for (int j = 0; j < one.n; ++j) particle.push_back(one.particles[j] * kIndexScale<R>);
+          for (int j = 0; j < one.n; ++j)
+            particles.push_back(one.particles[j]), particle.push_back(one.particles[j] * kIndexScale<R>);
           for (int k = 0; k < Stencil::vectors; ++k)
             for (int j = 0; j < one.n; ++j) {
               weight.push_back(R(one.weights[k][j]));
@@ -135,8 +167,15 @@ class SpringForces {
           rows += Stencil::vectors;
         }
         if (!stiffness.empty())
-          targets_.push_back({&set, static_cast<int>(stiffness.size()), first, Array<Executor, int>(particle),
-                              Array<Executor, R>(weight), Array<Executor, R>(own), Array<Executor, R>(stiffness)});
+          targets_.push_back({&set,
+                              static_cast<int>(stiffness.size()),
+                              first,
+                              std::move(particles),
+                              Array<Executor, int>(particle),
+                              {},
+                              Array<Executor, R>(weight),
+                              Array<Executor, R>(own),
+                              Array<Executor, R>(stiffness)});
       });
     if (targets_.empty()) return;
     std::vector<int> slots(kSpringPack * std::size_t(packs_), 0);

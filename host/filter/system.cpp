@@ -18,13 +18,13 @@ namespace {
 /// Numbers the unknowns block by block, and finds those with a spring to a pin.
 class Unknowns {
  public:
-  Unknowns(const Model& model, const std::vector<const SpringSet*>& springs) : of_(model.count(), -1) {
-    const int n = model.count();
+  Unknowns(const std::vector<double>& w, const std::vector<const SpringSet*>& springs) : of_(w.size(), -1) {
+    const int n = static_cast<int>(w.size());
     std::vector<Edge> inner;
     std::vector<bool> held(n, false), sprung(n, false);
     for (const SpringSet* set : springs)
       for (const Edge& e : set->ends) {
-        const bool a = model.w[e[0]] > 0, b = model.w[e[1]] > 0;
+        const bool a = w[e[0]] > 0, b = w[e[1]] > 0;
         if (a && b) inner.push_back(e);
         if (a) sprung[e[0]] = true, held[e[0]] = held[e[0]] || !b;
         if (b) sprung[e[1]] = true, held[e[1]] = held[e[1]] || !a;
@@ -36,7 +36,7 @@ class Unknowns {
       if (!sprung[i]) continue;
       int& b = block[island[i]];
       if (b < 0) b = static_cast<int>(blocks.size()), blocks.push_back({0, 0, true, 0});
-      ++blocks[b].count, blocks[b].mass += 1 / model.w[i];
+      ++blocks[b].count, blocks[b].mass += 1 / w[i];
       if (held[i]) blocks[b].free = false;
     }
     int total = 0;
@@ -84,16 +84,16 @@ SpringSet linear_part(const Model& model) {
   return sum;
 }
 
-SpringSystem spring_system(const Model& model, double dt) {
+SpringSystem spring_system(const Model& model, double dt, const std::vector<double>& w) {
   const SpringSet linear = linear_part(model);
   std::vector<const SpringSet*> springs{&linear};
   for (const SpringSet& set : model.springs) springs.push_back(&set);
-  Unknowns unknown(model, springs);
+  Unknowns unknown(w, springs);
   SpringSystem system;
   system.particle = std::move(unknown.particle);
   system.blocks = std::move(unknown.blocks);
   const int n = system.count();
-  for (const int i : system.particle) system.mass.push_back(1 / model.w[i]);
+  for (const int i : system.particle) system.mass.push_back(1 / w[i]);
   system.diagonal = system.mass;
   const auto each_spring = [&](const auto& visit) {
     for (const SpringSet* set : springs)

@@ -33,8 +33,10 @@ struct SpringSystem {
 /// sum of c is 0. Single springs may have a negative stiffness; their sum is positive semidefinite.
 SpringSet linear_part(const Model& model);
 
-/// `dt`: s, of a substep.
-SpringSystem spring_system(const Model& model, double dt);
+/// `dt`: s, of a substep. `w`: inverse masses, 1/kg, in the solver's order; 0 for pinned particles. Without them, those
+/// of the model.
+SpringSystem spring_system(const Model& model, double dt, const std::vector<double>& w);
+inline SpringSystem spring_system(const Model& model, double dt) { return spring_system(model, dt, model.w); }
 
 /// y = A x for three right-hand sides.
 std::vector<double> multiply(const SpringSystem& system, const std::vector<double>& x);

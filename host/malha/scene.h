@@ -281,6 +281,8 @@ struct Expect {
 enum class Precision { Float, Double };
 
 enum class FilterKind { Auto, Dense, Sparse };
+/// How PBD treats bending of a given rigidity or compliance. Auto: each constraint as it is right at the substep.
+enum class BendingMethod { Auto, Projected, Filtered };
 enum class Storage { Float, Double, Int16 };
 enum class Corrector { Inertia, Paper, Off };
 
@@ -313,8 +315,9 @@ struct SolverSpec {
   int substeps = 10;         ///< >= 1
   int iterations = 1;        ///< >= 1, per substep
   Precision precision = Precision::Float;
-  int levels = kAutoLevels;        ///< pbd: largest number of levels; 0: none; kAutoLevels: where they help
-  int levels_interval = 0;         ///< substeps; 0: chosen by levels_interval() (host/model/levels.h)
+  int levels = kAutoLevels;  ///< pbd: largest number of levels; 0: none; kAutoLevels: where they help
+  int levels_interval = 0;   ///< substeps; 0: chosen by levels_interval() (host/model/levels.h)
+  BendingMethod bending = BendingMethod::Auto;  ///< pbd
   bool keeps_momenta = false;      ///< "corrector" of pbd: restores the momenta of free bodies after projections
   bool stiffness_of_step = false;  ///< PBD's k is that of a step of one substep, for any number of substeps
   DesbrunSpec desbrun;

@@ -3,10 +3,12 @@
 
 #include <algorithm>
 
+#include "host/base/median.h"
 #include "host/mesh/geodesic.h"
 #include "host/mesh/topology.h"
 #include "host/mesh/vectors.h"
 #include "host/model/material.h"
+#include "host/model/softening.h"
 #include "host/model/stencils.h"
 #include "kernels/constraints/constraint_registry.h"
 #include "kernels/projection/element.h"
@@ -168,6 +170,28 @@ void soften_by_levers(ConstraintSet& set, double full, const std::vector<Vec3>& 
   set.particles = std::move(kept);
 }
 
+/// Softens stencils that are over 1,000 times as stiff at a corner as the median one. Those of triangles that are
+/// almost flat have unbounded weights, and would cost the filter the digits of all others in float.
+void limit_contrast(ConstraintSet& set, const std::vector<Vec3>& X) {
+  constexpr double most_times = 1e3;
+  std::vector<double> stiffest;
+  with_stencil(set, [&]<class Kind, class Stencil>(Kind, Stencil) {
+    for (int c = 0; c < set.count(); ++c) {
+      const StencilOf<Kind> one = stencil_of<Kind>(set, c, X);
+      double& most = stiffest.emplace_back(0);
+      for (const auto& weights : one.weights)
+        for (const double weight : weights) most = std::max(most, weight * weight / one.alpha);
+    }
+  });
+  const double limit = most_times * median(stiffest);
+  if (!(limit > 0)) return;
+  for (int c = 0; c < set.count(); ++c) {
+    if (stiffest[c] <= limit) continue;
+    if (set.softness.empty()) set.softness.assign(set.count(), 1);
+    set.softness[c] *= stiffest[c] / limit;
+  }
+}
+
 class ConstraintBuilder {
  public:
   ConstraintBuilder(Model& model, std::vector<Body>& bodies, const std::vector<int>& solver_of, bool torn)
@@ -216,12 +240,42 @@ class ConstraintBuilder {
       refuse(model_.scene.file, place, "a mesh without elements for " + std::string(Kind::name),
              facts_of(Kind::element).needed);
     }
-    add_elements<Kind>(b, spec, std::move(all));
+    to_solver_order(b, all, Kind::particles);
+    const bool filtered = is_filtered<Kind>(spec, all);
+    add_elements<Kind>(b, spec, std::move(all), filtered);
     if constexpr (requires { typename Kind::Remainder; }) {
       ConstraintSpec other = spec;
       other.type = Kind::Remainder::name, other.parameter = Kind::Remainder::parameter.default_value;
-      add_elements<typename Kind::Remainder>(b, other, std::move(remainder));
+      to_solver_order(b, remainder, Kind::Remainder::particles);
+      add_elements<typename Kind::Remainder>(b, other, std::move(remainder), filtered);
     }
+  }
+
+  /// Leaves out elements whose particles are all pinned, and numbers those of the others in the solver's order.
+  void to_solver_order(std::size_t b, Elements& all, int arity) const {
+    drop_pinned(all, arity, bodies_[b].boundary.pinned);
+    for (int& i : all.particles) i = solver_of_[model_.render_mesh.body_begin[b] + i];
+  }
+
+  /// Returns whether elements are in the solver's filter instead of a set that is projected. By PBD these are bending
+  /// of a given modulus, which is filtered where it would be too soft if it was projected.
+  template <class Kind>
+  bool is_filtered(const ConstraintSpec& spec, const Elements& all) const {
+    const SolverSpec& solver = model_.scene.solver;
+    if (Kind::filtered != Filtered::Stencil || all.particles.empty()) return false;
+    if (solver.type == "desbrun") return true;
+    const std::optional<double> compliance = compliance_of<Kind>(spec);
+    if (!bends<Kind>() || !(compliance.value_or(0) > 0) || solver.bending == BendingMethod::Projected) return false;
+    if (solver.bending == BendingMethod::Filtered) return true;
+    constexpr double tolerated = 0.03;
+    const BendingStep step = bending_step(model_, set_of<Kind>(spec, all));
+    return step.softening > tolerated && step.turning <= kMostTurning;
+  }
+
+  template <class Kind>
+  static ConstraintSet set_of(const ConstraintSpec& spec, Elements all) {
+    return {spec.type,      Kind::particles,          spec.stiffness,         compliance_of<Kind>(spec),
+            spec.parameter, std::move(all.particles), std::move(all.softness)};
   }
 
   /// The rigidity of the body's diagonals over that of its edges.
@@ -273,10 +327,8 @@ class ConstraintBuilder {
   }
 
   template <class Kind>
-  void add_elements(std::size_t b, const ConstraintSpec& spec, Elements all) {
+  void add_elements(std::size_t b, const ConstraintSpec& spec, Elements all, bool filtered) {
     if (all.particles.empty()) return;
-    drop_pinned(all, Kind::particles, bodies_[b].boundary.pinned);
-    for (int& i : all.particles) i = solver_of_[model_.render_mesh.body_begin[b] + i];
     const SolverSpec& solver = model_.scene.solver;
     const std::optional<double> compliance = compliance_of<Kind>(spec);
     if (solver.type == "desbrun" && Kind::filtered == Filtered::Spring) {
@@ -284,10 +336,10 @@ class ConstraintBuilder {
       if (!springs.ends.empty()) model_.springs.push_back(std::move(springs));
       return;
     }
-    if (solver.type == "desbrun" && Kind::filtered == Filtered::Stencil) {
-      ConstraintSet set{spec.type,      Kind::particles,          spec.stiffness,         compliance,
-                        spec.parameter, std::move(all.particles), std::move(all.softness)};
+    if (filtered) {
+      ConstraintSet set = set_of<Kind>(spec, std::move(all));
       if (!(compliance.value_or(0) > 0)) soften_by_levers(set, solver.desbrun.spring_constant, model_.x);
+      if (solver.type == "pbd") limit_contrast(set, model_.x);
       if (set.count() > 0) model_.stencils.push_back(std::move(set));
       return;
     }

@@ -18,7 +18,7 @@ namespace {
 constexpr double kMaxStrain = 0.1;       // RMS strain
 constexpr double kAdvisedStrain = 0.05;  // RMS strain that the advised substeps leave
 // A substep makes a spring of compliance alpha softer by this share of s = h^2 sum w / alpha (Softening of
-// host/report/failure_boundaries.h).
+// host/model/softening.h).
 constexpr double kSofter = 0.6;
 // Strain falls with a power of the substeps between 1 and 2: hammocks under a falling weight and flags in winds of 30
 // to 300 m/s had strains of 0.028 to 0.055 with the advised substeps.

@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "host/model/softening.h"
 #include "host/report/failure_boundaries.h"
 #include "host/report/resolution.h"
 #include "malha/text.h"

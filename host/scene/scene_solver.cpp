@@ -51,6 +51,10 @@ Fields fields_of(SolverSpec& solver) {
          levels_field(solver.levels),
          written_if(solver.levels_interval > 0,
                     field("levels_interval", solver.levels_interval, Integers{1, kMaxLevelsInterval})),
+         choice("bending", "bending", solver.bending,
+                {{"auto", BendingMethod::Auto},
+                 {"projected", BendingMethod::Projected},
+                 {"filtered", BendingMethod::Filtered}}),
          choice("stiffness_basis", "choice", solver.stiffness_of_step, {{"projections", false}, {"step", true}})});
   if (solver.type == "desbrun") add(fields_of(solver.desbrun));
   return fields;

@@ -14,7 +14,7 @@ std::unique_ptr<Solver> instantiate(const Model& model, const Executor& executor
                                     const ShowProgress& progress) {
   if (model.scene.solver.type == "desbrun")
     return std::make_unique<Desbrun<Executor, R>>(model, executor, threads, progress);
-  return std::make_unique<Pbd<Executor, R>>(model, executor, threads);
+  return std::make_unique<Pbd<Executor, R>>(model, executor, threads, progress);
 }
 
 /// `threads`: number of threads of the executor.

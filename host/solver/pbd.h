@@ -6,6 +6,7 @@
 #include <deque>
 #include <string>
 
+#include "host/filter/bending_filter.h"
 #include "host/multilevel/levels.h"
 #include "host/solver/stepper.h"
 
@@ -18,9 +19,10 @@ class Pbd final : public TimeStepper<Executor, R> {
 
  public:
   /// `threads`: number of threads of the executor.
-  Pbd(const Model& model, const Executor& executor, int threads)
+  Pbd(const Model& model, const Executor& executor, int threads, const ShowProgress& progress)
       : Base(model, executor, threads, true), threads_(threads), levels_interval_(levels_interval(model)) {
     this->facts_.levels_interval = levels_interval_;
+    if (!model.stencils.empty()) make_bending_filter(progress);
     lay_out_levels();
     if (!levels_.empty()) this->set_features(step_features(model, true));
     if (!this->plan_.skips_contacts) return;
@@ -38,6 +40,7 @@ class Pbd final : public TimeStepper<Executor, R> {
 
  private:
   void advance() override {
+    if (bending_filter_) refactor_bending();
     const SolverSpec& solver = model_.scene.solver;
     const double h = solver.dt / solver.substeps;
     if (this->plan_.solves != PatchSolves::ByStep)
@@ -134,6 +137,36 @@ class Pbd final : public TimeStepper<Executor, R> {
       parallel_for(executor_, model_.count(), Predict<R>{this->particles(), R(h), this->to_R(model_.scene.gravity)});
     });
   }
+  void filter_bending(double) override {
+    refactor_bending();
+    this->timed(Pass::Filter, [&] { bending_filter_->apply(this->particles()); });
+  }
+  void make_bending_filter(const ShowProgress& progress) {
+    const SolverSpec& solver = model_.scene.solver;
+    filtered_w_ = this->inverse_masses_in_order();
+    bending_filter_.emplace(executor_, threads_, model_, filtered_w_, solver.dt / solver.substeps, progress);
+    SolverStats& facts = this->facts_;
+    facts.filter = bending_filter_->facts(), facts.free_bodies = bending_filter_->free_bodies();
+    facts.corrects = true;
+    facts.spring_bytes = bending_filter_->force_bytes(), facts.force_launches = bending_filter_->force_launches();
+    facts.particle_bytes += bending_filter_->particle_bytes();
+  }
+  /// Factors the filter anew if particles are pinned now that were not, or the other way round.
+  void refactor_bending() {
+    if (!this->pins_changed_) return;
+    this->pins_changed_ = false;
+    std::vector<double> w = this->inverse_masses_in_order();
+    if (w == filtered_w_) return;
+    filtered_w_ = std::move(w);
+    bending_filter_->factor(filtered_w_, {});
+    ++this->layouts_;
+  }
+  std::optional<FilterErrors> filter_errors() const override {
+    if (!bending_filter_) return std::nullopt;
+    const SolverSpec& solver = model_.scene.solver;
+    return malha::filter_errors<Executor>(bending_filter_->filter(), model_,
+                                          spring_system(model_, solver.dt / solver.substeps, filtered_w_));
+  }
   void solve_substep(double h) override { solve_substeps(h, 1); }
   const char* requires_fixed_pins() const override {
     return levels_.empty() ? nullptr : "levels, which are laid out for what is pinned";
@@ -186,7 +219,9 @@ class Pbd final : public TimeStepper<Executor, R> {
     return done;
   }
 
-  int threads_, levels_interval_;                          // an interval of substeps
+  int threads_, levels_interval_;  // an interval of substeps
+  std::optional<BendingFilter<Executor, R>> bending_filter_;
+  std::vector<double> filtered_w_;                         // inverse masses for which it is factored, 1/kg
   std::deque<std::optional<Levels<Executor, R>>> levels_;  // by number of released sets of pins; empty: no levels
 };
 

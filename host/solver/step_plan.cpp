@@ -17,6 +17,7 @@ std::string_view name_of(Stage stage) {
                                     "measure_momenta",
                                     "predict",
                                     "predict_wind",
+                                    "filter_bending",
                                     "solve_substep",
                                     "detect_contacts",
                                     "start_self_collision",
@@ -59,7 +60,8 @@ StepFeatures step_features(const Model& model, bool levels) {
   const auto moves = [](const EnvironmentMesh& mesh) { return !mesh.spec.motion.empty(); };
   StepFeatures has;
   has.position_based = scene.solver.type == "pbd";
-  has.filter = !model.springs.empty() || !model.stencils.empty();
+  has.filter = !has.position_based && (!model.springs.empty() || !model.stencils.empty());
+  has.filtered_bending = has.position_based && !model.stencils.empty();
   has.filtered_wind = has.filter && desbrun.filter_external_forces;
   has.batches = !model.sets.empty(), has.levels = levels;
   has.pressure = !model.pressures.empty(), has.long_range = model.long_range.items() > 0;
@@ -102,6 +104,7 @@ Stages stages_apart(const StepFeatures& has, const Interaction& now, bool compar
               {true, Stage::Predict},
               {wind_later, Stage::Wind},
               {wind_later, Stage::PredictWind},
+              {has.filtered_bending, Stage::FilterBending},
               {has.contacts, Stage::DetectContacts},
               {has.self_collision, Stage::StartSelfCollision},
               {has.edges, Stage::DetectEdgeContacts},

@@ -22,6 +22,7 @@ enum class Stage : unsigned char {
   MeasureMomenta,      // of free bodies, before patch solves over which they are compared
   Predict,             // v and p from the forces: gravity, or Desbrun's filtered ones
   PredictWind,         // adds to p what the wind gave to v, where the filter does not have it
+  FilterBending,       // p: backward Euler of bending that is not projected
   SolveSubstep,        // patch solves that predict, project and update the state
   DetectContacts,      // with environment meshes
   StartSelfCollision,  // self-collision detects in its first iteration
@@ -59,11 +60,12 @@ std::string_view name_of(IterationStage stage);
 
 /// This is what of a model decides how its steps run. Each member names what the scene has.
 struct StepFeatures {
-  bool filter = false;          // Desbrun's method with springs: forces are filtered
-  bool filtered_wind = false;   // the wind's forces are filtered, too
-  bool position_based = false;  // PBD: patch solves can predict and update the state
-  bool batches = false;         // constraints that patch solves project
-  bool levels = false;          // known when they are laid out
+  bool filter = false;            // Desbrun's method with springs: forces are filtered
+  bool filtered_wind = false;     // the wind's forces are filtered, too
+  bool position_based = false;    // PBD: patch solves can predict and update the state
+  bool filtered_bending = false;  // PBD: bending is filtered after the prediction
+  bool batches = false;           // constraints that patch solves project
+  bool levels = false;            // known when they are laid out
   bool pressure = false, long_range = false;
   bool attachments = false, attachments_change = false;  // one moves, or is released
   bool pins_move = false;

@@ -88,6 +88,7 @@ class TimeStepper : public Solver {
     if (handles_) handles_->release_all(w_.data());
     exclude_from_momentum_correction();
     if (kinematic_pins_) kinematic_pins_->set_pinned(time(), w_.data());
+    pins_changed_ = true;
     if (sweep_) sweep_->clear_non_finite();
     if (collider_) collider_->restore_state(saved.proximity);
     if (sleeper_) user_constraints_ ? sleeper_->wake() : sleeper_->restore_state(saved.rest);
@@ -159,12 +160,14 @@ class TimeStepper : public Solver {
     what.is_held() ? energy_guard_.add_pin_move(norm(way)) : energy_guard_.add_work(i, handles_->work(i, what, x));
     if (what.is_held() && !handles_->has(i)) v_.set(i, {0, 0, 0});
     handles_->add(i, what, x, w_.data());
+    pins_changed_ = true;
     exclude_from_momentum_correction(), wake();
   }
   void release(int particle) final {
     const auto found = std::find(model_.user_index.begin(), model_.user_index.end(), particle);
     if (!handles_ || found == model_.user_index.end()) return;
     handles_->release(static_cast<int>(found - model_.user_index.begin()), w_.data());
+    pins_changed_ = true;
     exclude_from_momentum_correction(), keep_overlaps(), wake();
   }
   std::vector<ParticleHandle> taken() const final {
@@ -285,8 +288,8 @@ class TimeStepper : public Solver {
     if (is_timed(executor_) || plan_.recorded != Recorded::Steps) return work();
     const auto key = [&] {  // of the parameters of launches that may change between steps
       const Wind wind = model_.scene.wind.value_or(Wind{});
-      return part + key_from(model_.scene.gravity, wind.velocity, wind.drag, wind.density, wind.drag_coefficient,
-                             wind.lift_coefficient);
+      return part + key_from(layouts_, model_.scene.gravity, wind.velocity, wind.drag, wind.density,
+                             wind.drag_coefficient, wind.lift_coefficient);
     };
     repeated(executor_, recorded_, key, work);
   }
@@ -326,6 +329,8 @@ class TimeStepper : public Solver {
   virtual void predict(double h) = 0;
   /// Stage::SolveSubstep.
   virtual void solve_substep(double /*h*/) {}
+  /// Stage::FilterBending, in a substep of h seconds.
+  virtual void filter_bending(double /*h*/) {}
   /// Stage::CorrectCoarsely.
   virtual void apply_coarse_correction(const Particles<R>& /*all*/) {}
   /// Stage::StartPressures.
@@ -377,6 +382,8 @@ class TimeStepper : public Solver {
         return timed(Pass::Prediction, [&] {
           parallel_for(executor_, all.count, Predict<R>{all, R(h), {R(0), R(0), R(0)}});
         });
+      case Stage::FilterBending:
+        return filter_bending(h);
       case Stage::SolveSubstep:
         return solve_substep(h);
       case Stage::DetectContacts:
@@ -485,7 +492,8 @@ class TimeStepper : public Solver {
   void move_kinematic_pins(double start, double end) {
     const int before = released_pin_sets();
     kinematic_pins_->move(particles(), w_.data(), start, end);
-    if (released_pin_sets() > before) keep_overlaps();
+    if (released_pin_sets() == before) return;
+    pins_changed_ = true, keep_overlaps();
   }
   void keep_overlaps() {
     if (self_) self_->keep_overlaps();
@@ -573,7 +581,9 @@ class TimeStepper : public Solver {
   std::optional<EnvironmentCollider<Executor, R>> collider_;
   std::optional<EdgeCollider<Executor, R>> edges_;
   std::int64_t steps_ = 0;
-  int substep_ = 0;  // of the step
+  int substep_ = 0;            // of the step
+  bool pins_changed_ = false;  // particles were pinned or released, which a method notes
+  int layouts_ = 0;            // of parts that a method has made anew
   StepFeatures features_;
   StepPlan plan_;  // of the present step
   SolverStats facts_;

@@ -53,6 +53,14 @@ struct IsometricBending {
     return scale * (scale * side - rest[0]);
   }
 
+  /// The normal of a hinge: the unit vector halfway between those of its triangles, along which the fold vector of an
+  /// isometrically bent hinge lies. It is 0 where both triangles have no area, or lie on each other.
+  template <class S>
+  KERNEL static Vector3<S> normal_of(const Vector3<S> (&p)[4]) {
+    const Vector3<S> e = p[1] - p[0];
+    return unit(unit(cross(e, p[2] - p[0])) + unit(cross(p[3] - p[0], e)));
+  }
+
   /// In the filter both bending kinds are the fold vector, pulled to its length at rest: near rest they have the same
   /// energy, of which this is the form with a constant Hessian.
   struct Stencil {
@@ -61,14 +69,19 @@ struct IsometricBending {
     KERNEL static void weights(const Vector3<S> (&X)[4], S rest_scale, S (&c)[1][4], S (&own)[1]) {
       S of[4];
       rest(X, rest_scale, of);
-      own[0] = abs(of[0]);
+      own[0] = of[0];
       for (int j = 0; j < 3; ++j) c[0][j] = of[1 + j];
       c[0][3] = -(of[1] + of[2] + of[3]);
     }
     template <class S>
     KERNEL static void target(const Vector3<S> (&f)[1], const S* own, Vector3<S> (&d)[1]) {
       const S zero(0), one(1), length = sqrt(dot(f[0], f[0]));
-      d[0] = f[0] * select(length > zero, own[0] / select(length > zero, length, one), zero);
+      d[0] = f[0] * select(length > zero, abs(own[0]) / select(length > zero, length, one), zero);
+    }
+    /// The fold at rest along the normal now: it stays on the side on which it is at rest.
+    template <class S>
+    KERNEL static void target_by_normals(const Vector3<S> (&x)[4], const S* own, Vector3<S> (&d)[1]) {
+      d[0] = normal_of(x) * own[0];
     }
     /// The harmonic mean of the wings' heights over the edge, which converts the force of a spring between them to a
     /// moment about the hinge. Weights of flat triangles are unbounded; such a corner would be stiffer than any spring,
@@ -88,6 +101,13 @@ struct IsometricBending {
   };
 
  private:
+  template <class S>
+  KERNEL static Vector3<S> unit(const Vector3<S>& a) {
+    const S one(1), length = sqrt(dot(a, a));
+    const auto is_long = length > S(tiny<S>());
+    return or_zero(is_long, a * (one / select(is_long, length, one)));
+  }
+
   template <class S>
   KERNEL static Vector3<S> fold_of(const Vector3<S> (&p)[4], const S* rest) {
     return (p[0] - p[3]) * rest[1] + (p[1] - p[3]) * rest[2] + (p[2] - p[3]) * rest[3];

@@ -163,7 +163,7 @@ struct Plate {
 
   /// In the filter the three are vectors, B times the fold vectors of the hinges, each pulled to its length at rest.
   struct Stencil {
-    static constexpr int vectors = 3, coefficients = 21;  // B, its inverse, lengths of the folds at rest
+    static constexpr int vectors = 3, coefficients = 21;  // B, its inverse, signed lengths of the folds at rest
     template <class S>
     KERNEL static void weights(const Vector3<S> (&X)[6], S nu, S (&c)[3][6], S (&own)[21]) {
       const S zero(0), one(1);
@@ -174,8 +174,11 @@ struct Plate {
         fold_weights(X, i, fold[i]);
         Vector3<S> f{zero, zero, zero};
         for (int j = 0; j < 6; ++j) f = f + X[j] * fold[i][j];
-        own[18 + i] = sqrt(dot(f, f));
-        folded = max(folded, own[18 + i]);
+        Vector3<S> q[4];
+        hinge(X, i, q);
+        const S length = sqrt(dot(f, f));
+        own[18 + i] = select(dot(f, IsometricBending::normal_of(q)) < zero, -length, length);
+        folded = max(folded, length);
       }
       for (int m = 0; m < 3; ++m)
         for (int j = 0; j < 6; ++j)
@@ -197,7 +200,25 @@ struct Plate {
         fold[0] = f[0] * own[9 + 3 * i] + f[1] * own[10 + 3 * i] + f[2] * own[11 + 3 * i];
         IsometricBending::Stencil::target(fold, own + 18 + i, at[i]);
       }
-      for (int m = 0; m < 3; ++m) d[m] = at[0][0] * own[3 * m] + at[1][0] * own[3 * m + 1] + at[2][0] * own[3 * m + 2];
+      gather(at[0][0], at[1][0], at[2][0], own, d);
+    }
+    template <class S>
+    KERNEL static void target_by_normals(const Vector3<S> (&x)[6], const S* own, Vector3<S> (&d)[3]) {
+      Vector3<S> at[3];
+      for (int i = 0; i < 3; ++i) {
+        Vector3<S> q[4];
+        hinge(x, i, q);
+        at[i] = IsometricBending::normal_of(q) * own[18 + i];
+      }
+      gather(at[0], at[1], at[2], own, d);
+    }
+
+   private:
+    /// Computes d = B at.
+    template <class S>
+    KERNEL static void gather(const Vector3<S>& at0, const Vector3<S>& at1, const Vector3<S>& at2, const S* own,
+                              Vector3<S> (&d)[3]) {
+      for (int m = 0; m < 3; ++m) d[m] = at0 * own[3 * m] + at1 * own[3 * m + 1] + at2 * own[3 * m + 2];
     }
   };
 

@@ -81,6 +81,14 @@ struct ComputeAngularAcceleration {
   }
 };
 
+/// Stores the rotations of measured motions. One item per motion.
+template <class R>
+struct StoreRotation {
+  const NetMotion* motions;
+  Vec4<R>* rotations;
+  KERNEL void operator()(int k) const { rotations[k].set(rounded<R>(motions[k].turn)); }
+};
+
 /// a -= mean + alpha x r, r from the centre of mass: no net force, and no torque where I alpha is the torque. The
 /// published correction (Desbrun, Schröder, Barr 1999, section 3.3) is a += (x_G - x) x T / m instead. Its dimension is
 /// not that of an acceleration, and it over-corrects; it is for comparison.

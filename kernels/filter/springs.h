@@ -112,6 +112,48 @@ struct ExplicitForces {
   }
 };
 
+/// Stores x and the offset of the predicted positions from it as rows.
+template <class R>
+struct OffsetRows {
+  Particles<R> particles;
+  Vec4<R>*x, *offset;
+  KERNEL void operator()(int i) const {
+    const Vector3<R> at = particles.x[i], from = particles.p.offset_from_x(i);
+    x[i] = {at.x, at.y, at.z, R(0)}, offset[i] = {from.x, from.y, from.z, R(0)};
+  }
+};
+
+/// dt^2 F, F_i = sum_j -k (p_i - p_j) of springs of rest length 0 at the predicted positions p, which together are the
+/// linear part of stencils. Differences of p are not rounded to the spacing of positions.
+template <class R>
+struct LinearImpulses {
+  SpringView<R> springs;
+  Vec4<R>*x, *offset;
+  R dt2;              // of the substep, s^2
+  Points<R> impulse;  // kg m
+
+  template <class S>
+  struct SpringEnd {
+    Vector3<S> x, offset;
+  };
+  template <class S>
+  KERNEL SpringEnd<S> read(const int* index) const {
+    SpringEnd<S> end;
+    S none;
+    gather_rows(x, index, end.x, none);
+    gather_rows(offset, index, end.offset, none);
+    return end;
+  }
+  template <class S>
+  KERNEL static Vector3<S> pull(const SpringEnd<S>& a, const SpringEnd<S>& b, S k, S) {
+    return ((b.x - a.x) + (b.offset - a.offset)) * k;
+  }
+  template <class S>
+  KERNEL void finish(int first, const Vector3<S>& f) const {
+    store_points(impulse, first, f * S(dt2));
+  }
+};
+
 /// Residual of backward Euler at p (`rows`): weight - m a + sum_j -k (|d| - l) d / |d|, d = p_i - p_j. It is undefined
 /// for pinned particles.
 template <class R>

@@ -52,6 +52,16 @@ struct Predict {
   }
 };
 
+/// d += a correction, of particles that are not pinned.
+template <class R>
+struct AddDisplacement {
+  Particles<R> particles;
+  Points<R> correction;  // m
+  KERNEL void operator()(int i) const {
+    if (particles.w[i] > R(0)) particles.p.add_displacement(i, correction[i]);
+  }
+};
+
 /// Viscous drag towards the wind, b (u - v), implicit in v so that it is stable for any b: v = (v + h u) / (1 + h),
 /// h = dt w b.
 template <class R>

@@ -41,6 +41,12 @@ struct Strength {
 /// (kernels/projection/stencil.h); or not at all, because it is projected after the filter, as inequalities have to be.
 enum class Filtered { Spring, Stencil, After };
 
+/// Tells whether a kind is the bending of a surface. PBD filters it where its projection would be too soft.
+template <class Kind>
+constexpr bool bends() {
+  return Kind::element == Element::Hinges || Kind::element == Element::WingedTriangles;
+}
+
 namespace kind {
 
 template <class K>

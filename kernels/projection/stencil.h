@@ -8,6 +8,7 @@
 //   vectors, coefficients             number of f_m, and of the coefficients of a target
 //   weights(X, parameter, c, coeff)   both, from the rest positions; with coefficients of 0 the target is 0
 //   target(f, coeff, d)               d_m(f)
+//   target_by_normals(x, coeff, d)    d_m from the positions of the particles. Only kinds that PBD filters have it
 //   lever(X)                          m per unit of C, which converts a stiffness in N/m to one of C. Only kinds that
 //                                     accept a stiffness have it
 #pragma once
@@ -42,6 +43,31 @@ struct ComputeTargets {
     }
     Stencil::target(f, targets.coefficients + s * Stencil::coefficients, d);
     for (int k = 0; k < m; ++k) targets.rows[s * m + k].set(d[k] * targets.stiffness[s]);
+  }
+};
+
+/// Computes the targets of bending along the normals of its hinges at the positions `at`, turned by the rotation of
+/// their block, a vector in rad (Cayley's form, which keeps lengths).
+template <class R, class Stencil, int n>
+struct ComputeTurnedTargets {
+  TargetView<R> targets;
+  Vec4<R>* at;
+  const int* block;  // of each constraint
+  const Vec4<R>* rotations;
+  KERNEL void operator()(int s) const {
+    constexpr int m = Stencil::vectors;
+    Vector3<R> x[n], d[m];
+    for (int j = 0; j < n; ++j) {
+      R none;
+      gather_rows(at, targets.particle + s * n + j, x[j], none);
+    }
+    Stencil::target_by_normals(x, targets.coefficients + s * Stencil::coefficients, d);
+    const Vector3<R> a = rotations[block[s]].xyz() * R(0.5);
+    const R part = R(2) / (R(1) + dot(a, a));
+    for (int k = 0; k < m; ++k) {
+      const Vector3<R> turned = cross(a, d[k]);
+      targets.rows[s * m + k].set((d[k] + (turned + cross(a, turned)) * part) * targets.stiffness[s]);
+    }
   }
 };
 

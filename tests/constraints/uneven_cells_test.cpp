@@ -224,10 +224,10 @@ TEST(Clamp, IsOfRowsThatStayAndOfAMaterial) {
     body.pins = {ListPin{held}};
     if (release) body.pins[0].release_time = 1;
     const Model model = build_model(scene_of({body}, kEarth, 1.0 / 60));
-    ASSERT_EQ(model.sets.size(), 1u);
+    ASSERT_EQ(model.stencils.size(), 1u) << "it is filtered";
     // On squares each side has two hinges, each with half of its bending: twice the area of both triangles over the
     // length^2.
-    const auto [least, most] = std::minmax_element(model.sets[0].softness.begin(), model.sets[0].softness.end());
+    const auto [least, most] = std::minmax_element(model.stencils[0].softness.begin(), model.stencils[0].softness.end());
     EXPECT_NEAR(*least, release ? 2 : 1, 1e-9);
     EXPECT_NEAR(*most, 2, 1e-9);
   }

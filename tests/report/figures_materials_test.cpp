@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "host/report/failure_boundaries.h"
+#include "host/model/softening.h"
 #include "tests/mesh/irregular_mesh.h"
 #include "tests/small_scenes.h"
 #include "tests/support.h"

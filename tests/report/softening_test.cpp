@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "host/model/model.h"
-#include "host/report/failure_boundaries.h"
+#include "host/model/softening.h"
 #include "host/report/warnings.h"
 #include "tests/mesh/irregular_mesh.h"
 #include "tests/small_scenes.h"
@@ -46,6 +46,7 @@ Scene scene_of_strip(const SoftStrip& strip, const TemporaryFolder& folder) {
   for (int i = 0; i < (stretched ? 1 : 2) * (columns + 1); ++i) rim.particles.push_back(i);
   body.pins = {rim};
   Scene scene = scene_of({body}, stretched ? Vec3{0, 0, 0.4} : Vec3{0, -0.3, 0}, 1.0 / 60, strip.substeps);
+  scene.solver.bending = BendingMethod::Projected;
   scene.wind = Wind{};
   scene.wind->drag = 10 * mass / ((rows + 1) * (columns + 1));
   return scene;

@@ -40,6 +40,7 @@ StepFeatures random_features(Random& random) {
   const auto toss = [&] { return random(0, 1) < share; };
   StepFeatures features;
   features.position_based = random(0, 1) < 0.7, features.filter = toss(), features.filtered_wind = toss();
+  features.filtered_bending = toss();
   features.batches = random(0, 1) < 0.8, features.levels = toss(), features.pressure = toss();
   features.long_range = toss(), features.attachments = toss(), features.attachments_change = toss();
   features.pins_move = toss(), features.contacts = toss(), features.objects_move = toss(), features.edges = toss();
@@ -98,6 +99,7 @@ TEST(StepPlan, IsLegalWhateverASceneHasAndAUserDoes) {
                                             {features.pressure, Stage::StartPressures},
                                             {now.callback, Stage::CallBack}};
     for (const auto& [named, stage] : expected) ASSERT_EQ(lists_stage(stages, stage), named) << name_of(stage);
+    ASSERT_EQ(lists_stage(stages, Stage::FilterBending), features.filtered_bending);
     if (!plan.fuses()) {
       ASSERT_EQ(lists_stage(stages, Stage::CorrectCoarsely), features.levels);
     }

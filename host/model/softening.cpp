@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "host/model/softening.h"
+
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <type_traits>
 #include <vector>
 
 #include "host/base/median.h"
-#include "host/report/failure_boundaries.h"
 #include "kernels/constraints/constraint_registry.h"
 #include "kernels/projection/rest.h"
 
@@ -35,8 +37,13 @@ constexpr double share_of_s() {
 
 template <class Kind>
 constexpr bool is_judged() {
-  return Kind::element == Element::Hinges || Kind::element == Element::WingedTriangles ||
-         Kind::element == Element::Triangles || std::is_same_v<Kind, Distance>;
+  return bends<Kind>() || Kind::element == Element::Triangles || std::is_same_v<Kind, Distance>;
+}
+
+/// Number of rest angles of a constraint that bends, its first rest values.
+template <class Kind>
+constexpr int folds() {
+  return Kind::element == Element::WingedTriangles ? 3 : 1;
 }
 
 /// Returns the bodies that a pressure of finite compliance inflates, so that pressure and skin balance as two
@@ -83,6 +90,28 @@ Softening worst_softening(const Model& model) {
   for (auto& [of, sheet] : sheets)
     if (const double share = median(sheet.shares); share > worst.share) worst = {share, of.first, sheet.type};
   return worst;
+}
+
+BendingStep bending_step(const Model& model, const ConstraintSet& set) {
+  std::vector<double> shares, turning;
+  const SolverSpec& solver = model.scene.solver;
+  const double h = solver.dt / solver.substeps, n = solver.iterations;
+  with_kind(set.type, [&]<class Kind>(Kind) {
+    if constexpr (bends<Kind>())
+      if (set.compliance.value_or(0) > 0)
+        for (int c = 0; c < set.count(); ++c) {
+          const double s = h * h * squared_rate<Kind>(model, set, c);
+          if (!(s > 0)) continue;
+          double rest[Kind::rest_values], fold = 0;
+          rest_values<Kind>(model.x.data(), &set.particles[std::size_t(c) * Kind::particles], set.parameter, rest);
+          for (int k = 0; k < folds<Kind>(); ++k) fold = std::max(fold, std::abs(rest[k]));
+          shares.push_back(s * share_of_s<Kind>() / (n * n)), turning.push_back(std::sqrt(s) * fold);
+        }
+  });
+  if (shares.empty()) return {};
+  const auto nine_tenths = turning.begin() + static_cast<std::ptrdiff_t>(turning.size() * 9 / 10);
+  std::ranges::nth_element(turning, nine_tenths);
+  return {median(std::move(shares)), *nine_tenths};
 }
 
 }  // namespace malha
