@@ -67,6 +67,11 @@ std::int64_t constraints_of(const Simulation& simulation) {
   for (const SetStats& set : simulation.solver().facts().sets) sum += set.constraints;
   return sum;
 }
+std::int64_t filtered_of(const Simulation& simulation) {
+  std::int64_t sum = 0;
+  for (const ConstraintSet& set : simulation.model().stencils) sum += set.count();
+  return sum;
+}
 std::int64_t particles_of(const Simulation& simulation) { return simulation.model().count(); }
 
 BodySpec block(int particles) {
@@ -76,12 +81,13 @@ BodySpec block(int particles) {
   return body;
 }
 
-/// Adds cases with a stiffness, and with a material's modulus, if the kind has them.
+/// Adds cases with a stiffness, and with a material's modulus, if the kind has them; of bending also through the
+/// filter.
 template <class Kind>
 void add_kind(std::vector<KindCase>& lines, int particles) {
   constexpr ElementFacts element = facts_of(Kind::element);
   constexpr Strength strength = Kind::strength;
-  const auto add = [&](bool with_modulus, const std::string& way) {
+  const auto add = [&](bool with_modulus, const std::string& way, bool filtered = false) {
     ConstraintSpec spec = spec_of(Kind::name, Kind::parameter.default_value);
     if (with_modulus) {
       const std::string unit = strength.unit;
@@ -93,10 +99,13 @@ void add_kind(std::vector<KindCase>& lines, int particles) {
     Scene scene = scene_with(std::move(body));
     if (Kind::element == Element::Hinges)
       scene.gravity = {0, 0, 0};  // hinges alone do not hold a sheet together: it is at rest
-    lines.push_back({Kind::name + way, element.one, std::move(scene), Pass::FusedSolve, constraints_of});
+    scene.solver.bending = filtered ? BendingMethod::Filtered : BendingMethod::Projected;
+    lines.push_back({Kind::name + way, element.one, std::move(scene), filtered ? Pass::Filter : Pass::FusedSolve,
+                     filtered ? filtered_of : constraints_of});
   };
   if (strength.accepts_stiffness) add(false, "");
   if (strength.modulus) add(true, strength.accepts_stiffness ? std::string(", ") + strength.modulus : "");
+  if (bends<Kind>()) add(true, ", filtered", true);
 }
 
 std::vector<KindCase> plan(int particles) {
@@ -174,7 +183,9 @@ std::vector<KindRow> measure(const KindCase& line, const ConstraintOptions& opti
   for (const int t : threads) {
     const Simulation& simulation = runners.emplace_back(line, options.on, t).simulation();
     const SolverStats& facts = simulation.solver().facts();
-    const auto bytes = static_cast<std::int64_t>(facts.constraint_bytes + facts.long_range_bytes + facts.air_bytes);
+    const std::size_t filter_bytes = facts.filter ? facts.filter->bytes + facts.spring_bytes : 0;
+    const auto bytes =
+        static_cast<std::int64_t>(facts.constraint_bytes + facts.long_range_bytes + facts.air_bytes + filter_bytes);
     rows.push_back({line.what, line.element, line.elements(simulation), bytes, t, {}});
   }
   for (int repeat = 0; repeat < options.repeats; ++repeat)

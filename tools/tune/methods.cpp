@@ -61,6 +61,12 @@ bool can_use_levels(Scene scene) {
   return !Simulation(scene, {.threads = 1}).solver().facts().levels.empty();
 }
 
+/// Returns whether bending may be filtered, or projected.
+bool can_filter_bending(Scene scene) {
+  scene.solver.bending = BendingMethod::Filtered;
+  return !Simulation(scene, {.threads = 1}).model().stencils.empty();
+}
+
 /// Adds PBD without levels, and with those of the scene, or with automatic levels if it has none.
 void add_pbd_and_levels(std::vector<Scene>& methods, const Scene& scene) {
   Scene with = scene, without = scene;
@@ -76,9 +82,11 @@ std::string method_name(const Scene& scene) {
   const SolverSpec& solver = scene.solver;
   const std::string precision = solver.precision == Precision::Double ? ", double" : ", float";
   const std::string iterations = ", " + counted(solver.iterations, "iteration");
-  if (solver.type == "pbd")
+  if (solver.type == "pbd") {
+    const bool filters = solver.bending == BendingMethod::Filtered && can_filter_bending(scene);
     return (has_compliance(scene) ? "XPBD" : "PBD") + iterations + (can_use_levels(scene) ? ", levels" : "") +
-           precision;
+           (filters ? ", filtered bending" : "") + precision;
+  }
   const FilterKind filter = solver.desbrun.filter;
   const std::string refine = solver.desbrun.refinement_iterations > 0
                                  ? ", refine " + std::to_string(solver.desbrun.refinement_iterations)
@@ -109,7 +117,13 @@ std::vector<Scene> tune_methods(const Scene& scene, std::vector<std::string>& le
   std::vector<Scene> methods;
   std::string why;
   const Scene pbd = to_pbd(scene, why);
-  if (why.empty())
+  if (why.empty() && can_filter_bending(pbd))
+    for (const BendingMethod bending : {BendingMethod::Projected, BendingMethod::Filtered}) {
+      Scene by_bending = pbd;
+      by_bending.solver.bending = bending;
+      add_pbd_and_levels(methods, by_bending);
+    }
+  else if (why.empty())
     add_pbd_and_levels(methods, pbd);
   else
     left_out.push_back("PBD or XPBD: " + why);

@@ -205,6 +205,16 @@ TEST(StudyAccuracy, FindsTheElasticCatenary) {
   EXPECT_GT(point_of(points, "PBD, iterations, float", "1x64").error, 0.05) << "PBD has no stiffness in N/m";
 }
 
+TEST(StudyAccuracy, FindsTheHeavyElasticaByFilteredBendingAtTheFewestSubsteps) {
+  const Points points = quick_points("cantilever", 5);
+  const double filtered = point_of(points, "XPBD, substeps, filtered bending, float", "4x1").error;
+  EXPECT_LT(filtered, 0.02);
+  EXPECT_GT(point_of(points, "XPBD, substeps, float", "4x1").error, 10 * filtered);
+  // Both converge to the equilibrium of the mesh.
+  EXPECT_NEAR(point_of(points, "XPBD, substeps, filtered bending, float", "256x1").error,
+              point_of(points, "XPBD, substeps, float", "256x1").error, 2e-3);
+}
+
 TEST(StudyAccuracy, HasSentencesATableAndChartsOfCostAndWorkForEachCase) {
   std::set<std::string> charts;
   for (const Section& section : quick_accuracy().sections) {
@@ -214,7 +224,8 @@ TEST(StudyAccuracy, HasSentencesATableAndChartsOfCostAndWorkForEachCase) {
     EXPECT_FALSE(section.chart->series.empty()) << section.title;
     for (const auto& row : section.table.rows) EXPECT_EQ(row.size(), section.table.columns.size());
   }
-  for (const char* of : {"oscillator", "orbit", "sheet7", "drum5", "shell", "chain", "catenary", "beam", "sunk_beam"})
+  for (const char* of :
+       {"oscillator", "orbit", "sheet7", "drum5", "shell", "chain", "catenary", "cantilever", "beam", "sunk_beam"})
     EXPECT_TRUE(charts.contains(std::string(of) + "_cost") && charts.contains(std::string(of) + "_work")) << of;
 }
 

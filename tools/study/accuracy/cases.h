@@ -20,6 +20,7 @@ struct AccuracyCase {
   int reference = 0;                          // substeps a frame of the reference run
   bool at_rest = false;                       // compares the equilibrium that damped motion reaches
   bool taut = false;                          // prestressed: the springs' initial energy does not count as motion's
+  bool bends = false;                         // bending of a rigidity, which PBD can filter
   bool tetrahedra = false;                    // solid elements: methods for springs only are left out
   // Upper limits of the costs that are run (0: not run): substeps or iterations a frame of malha's sweeps, of the
   // filter, and of the dense filter (0: no variant at all), refinements, and substeps of the other integrators.

@@ -35,6 +35,12 @@ class MethodList {
     Method levels = xpbd("XPBD, substeps and levels, float", Precision::Float);
     levels.solver.levels = kAutoLevels;
     if (has_levels(levels)) by_substeps(levels, test_case_.sweeps);
+    if (!test_case_.bends) return;
+    Method filtered = xpbd("XPBD, substeps, filtered bending, float", Precision::Float);
+    filtered.solver.bending = BendingMethod::Filtered;
+    by_substeps(filtered, test_case_.sweeps);
+    filtered.series = "XPBD, substeps and levels, filtered bending, float", filtered.solver.levels = kAutoLevels;
+    if (has_levels(filtered)) by_substeps(filtered, test_case_.sweeps);
   }
 
   void add_filters() {
@@ -94,6 +100,7 @@ class MethodList {
     Method method;
     method.series = series;
     method.solver.substeps = 1, method.solver.precision = precision, method.solver.levels = 0;
+    method.solver.bending = BendingMethod::Projected;
     return method;
   }
   bool has_levels(const Method& method) const {

@@ -25,6 +25,8 @@ std::string style(const std::string& series) {
       {"XPBD, substeps, float", "lc rgb '#0072b2' pt 7"},
       {"XPBD, substeps, double", "lc rgb '#0072b2' pt 6 dt 2"},
       {"XPBD, substeps and levels, float", "lc rgb '#cc79a7' pt 7"},
+      {"XPBD, substeps, filtered", "lc rgb '#e69f00' pt 7"},
+      {"XPBD, substeps and levels, filtered", "lc rgb '#882255' pt 5"},
       {"XPBD, iterations", "lc rgb '#56b4e9' pt 9"},
       {"Desbrun, substeps", "lc rgb '#009e73' pt 13"},
       {"Desbrun, gravity", "lc rgb '#000000' pt 12 dt 2"},
