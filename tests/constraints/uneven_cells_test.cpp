@@ -227,7 +227,8 @@ TEST(Clamp, IsOfRowsThatStayAndOfAMaterial) {
     ASSERT_EQ(model.stencils.size(), 1u) << "it is filtered";
     // On squares each side has two hinges, each with half of its bending: twice the area of both triangles over the
     // length^2.
-    const auto [least, most] = std::minmax_element(model.stencils[0].softness.begin(), model.stencils[0].softness.end());
+    const auto [least, most] =
+        std::minmax_element(model.stencils[0].softness.begin(), model.stencils[0].softness.end());
     EXPECT_NEAR(*least, release ? 2 : 1, 1e-9);
     EXPECT_NEAR(*most, 2, 1e-9);
   }

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Softening by too few substeps: when `malha run` and `plan` warn that sheets are softer than their material.
+#include "host/model/softening.h"
+
 #include <gtest/gtest.h>
 
 #include "host/model/model.h"
-#include "host/model/softening.h"
 #include "host/report/warnings.h"
 #include "tests/mesh/irregular_mesh.h"
 #include "tests/small_scenes.h"
