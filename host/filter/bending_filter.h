@@ -71,7 +71,12 @@ class BendingFilter {
   const Filter<R>& filter() const { return *filter_; }
   int free_bodies() const { return static_cast<int>(free_blocks_.size()); }
   std::size_t force_bytes() const { return forces_.bytes(); }
-  std::size_t force_launches() const { return forces_.launches(); }
+  /// Launches in a substep.
+  std::size_t launches() const {
+    const std::size_t free = free_blocks_.size(), turned = turned_blocks_.size();
+    return forces_.launches() + filter_->facts().launches + (turned > 0 ? 4 * turned + 1 : 0) +
+           (free > 0 ? 5 * free + 1 : 0);
+  }
   std::size_t particle_bytes() const {
     return impulse_.bytes() + members_.bytes() + correction_.bytes() + motions_.bytes() + rotations_.bytes();
   }
@@ -88,6 +93,7 @@ class BendingFilter {
 
   /// Measures the rotation of each block in the predicted motion.
   void measure_rotations(const Particles<R>& all) const {
+    if (turned_blocks_.empty()) return;
     for (std::size_t b = 0; b < turned_blocks_.size(); ++b)
       corrector_->measure({all.x, all.p.d, all.w, members_.data() + turned_blocks_[b].first}, turned_blocks_[b].count,
                           Corrector::Inertia, motions_.data() + b);

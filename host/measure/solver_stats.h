@@ -140,7 +140,7 @@ struct SolverStats {
   std::size_t level_bytes = 0;
   int level_layouts = 0;                                 // one more for each set of pins that is released
   double level_seconds = 0;                              // of set-up
-  std::optional<FilterStats> filter;                     // Desbrun's
+  std::optional<FilterStats> filter;                     // Desbrun's, or that of PBD's bending
   std::optional<SelfStats> self;                         // of self-collision
   std::optional<ContactStats> contact;                   // with the environment
   std::optional<EdgeStats> edges;                        // with its edges and corners
@@ -149,6 +149,7 @@ struct SolverStats {
   bool corrects = false;                                 // including angular momenta
   std::size_t spring_bytes = 0;                          // of their ends, stiffness and rest lengths
   std::size_t force_launches = 0;                        // of a sum of Desbrun's forces
+  std::size_t bending_launches = 0;                      // of PBD's filtered bending in a substep
   std::size_t pressure_launches = 0;                     // of one projection of all pressures
   std::size_t pressure_starts = 0;                       // their launches at the start of a substep
   double colour_seconds = 0;                             // of set-up: colours of patches and of their constraints, runs

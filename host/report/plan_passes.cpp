@@ -56,8 +56,9 @@ std::vector<StepPass> step_passes(const Model& model, const Solver& solver) {
     for (const LevelStats& level : facts.levels) cycle += sweep_order(level.patches.colours).size();
   }
   const std::size_t restrictions = plan.solves == PatchSolves::ByStep ? std::min<std::size_t>(uses, 1) : uses;
-  const std::size_t filter = facts.filter ? facts.filter->launches : 0;
-  const std::size_t corrections = facts.filter ? facts.free_bodies * (3 * refine + (facts.corrects ? 5 : 3)) : 0;
+  const bool desbrun = facts.filter && facts.bending_launches == 0;
+  const std::size_t filter = desbrun ? facts.filter->launches : 0;
+  const std::size_t corrections = desbrun ? facts.free_bodies * (3 * refine + (facts.corrects ? 5 : 3)) : 0;
 
   const StageLaunches<Stage> of_stages[]{
       {Stage::MovePins, Pass::Pins, moved},
@@ -72,6 +73,7 @@ std::vector<StepPass> step_passes(const Model& model, const Solver& solver) {
       {Stage::Predict, Pass::MomentumCorrection, substeps * corrections},
       {Stage::Predict, Pass::Prediction, substeps},
       {Stage::PredictWind, Pass::Prediction, substeps},
+      {Stage::FilterBending, Pass::Filter, facts.bending_launches * substeps},
       {Stage::SolveSubstep, Pass::MomentumCorrection, 4 * comparisons * free},
       {Stage::SolveSubstep, Pass::Levels, uses * cycle + restrictions},
       {Stage::SolveSubstep, Pass::FusedSolve, solves},

@@ -81,18 +81,21 @@ Json levels(const SolverStats& facts) {
 Json filter(const Solver& solver, const Model& model) {
   const FilterStats& facts = *solver.facts().filter;
   const FilterErrors errors = *solver.filter_errors();
-  const DesbrunSpec& spec = model.scene.solver.desbrun;
-  return {{"kind", facts.kind},
-          {"why", facts.why},
-          {"storage", facts.storage},
-          {"particles", facts.unknowns},
-          {"bodies", facts.bodies},
-          {"bodies_free", solver.facts().free_bodies},
-          {"nonzeros", facts.numbers},
-          {"filter_external_forces", spec.filter_external_forces},
-          {"refinement_iterations", spec.refinement_iterations},
-          {"relative_error_random", errors.noise},
-          {"relative_error_elastic", errors.elastic}};
+  const SolverSpec& spec = model.scene.solver;
+  Json json{{"kind", facts.kind},
+            {"why", facts.why},
+            {"storage", facts.storage},
+            {"particles", facts.unknowns},
+            {"bodies", facts.bodies},
+            {"bodies_free", solver.facts().free_bodies},
+            {"nonzeros", facts.numbers},
+            {"relative_error_random", errors.noise},
+            {"relative_error_elastic", errors.elastic}};
+  if (spec.type == "desbrun") {
+    json["filter_external_forces"] = spec.desbrun.filter_external_forces;
+    json["refinement_iterations"] = spec.desbrun.refinement_iterations;
+  }
+  return json;
 }
 
 Json timings(const Solver& solver, const RunTimes& times) {

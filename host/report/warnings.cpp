@@ -91,6 +91,17 @@ std::vector<std::string> warnings(const Model& model) {
                                     : "some " + shown(two_digits(1 + soft.share)) + " times as much as specified") +
                     "; take " + shown(std::ceil(solver.substeps * std::sqrt(soft.share / kAdvisedSoftening))) +
                     " substeps, or a softer material (scenes/README.md, materials)");
+  if (scene.solver.type == "pbd")
+    for (const ConstraintSet& set : model.stencils)
+      if (const double turning = bending_step(model, set).turning; turning > kMostTurning) {
+        lines.push_back("body '" + scene.bodies[body_of(model, model.user_index[set.particles[0]])].name + "': its \"" +
+                        set.type +
+                        "\" is folded too sharply at rest for its stiffness, and filtered it may gain energy on "
+                        "impact; take \"bending\": \"auto\", or " +
+                        shown(std::ceil(solver.substeps * turning / kMostTurning)) +
+                        " substeps (scenes/README.md, Filtered bending)");
+        break;
+      }
   if (const HangingFold fold = sharpest_fold(model); fold.spacing > 0 && fold.edges() < kEdgesOfAFold)
     lines.push_back("body '" + scene.bodies[fold.body].name + "': next to its clamp or pins its weight bends it over " +
                     shown(two_digits(fold.length)) + " m, which spans " + shown(two_digits(fold.edges())) +

@@ -147,8 +147,7 @@ class Pbd final : public TimeStepper<Executor, R> {
     bending_filter_.emplace(executor_, threads_, model_, filtered_w_, solver.dt / solver.substeps, progress);
     SolverStats& facts = this->facts_;
     facts.filter = bending_filter_->facts(), facts.free_bodies = bending_filter_->free_bodies();
-    facts.corrects = true;
-    facts.spring_bytes = bending_filter_->force_bytes(), facts.force_launches = bending_filter_->force_launches();
+    facts.spring_bytes = bending_filter_->force_bytes(), facts.bending_launches = bending_filter_->launches();
     facts.particle_bytes += bending_filter_->particle_bytes();
   }
   /// Factors the filter anew if particles are pinned now that were not, or the other way round.

@@ -1,45 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bending through the filter within PBD: it is backward Euler of quadratic bending, right at any resolution, and takes
-// part in everything that a scene may have.
+// Bending through the filter within PBD is backward Euler of quadratic bending, and right at any resolution.
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 #include "host/model/model.h"
-#include "host/model/softening.h"
-#include "host/report/warnings.h"
 #include "host/solver/solver.h"
+#include "tests/filter/clamped_strip.h"
 #include "tests/mesh/irregular_mesh.h"
 #include "tests/numbers.h"
-#include "tests/parallel/blocks_solvers.h"
-#include "tests/small_scenes.h"
 #include "tests/support.h"
 #include "tools/study/reference/elastica.h"
 
 namespace malha {
 namespace {
 
-ConstraintSpec rigid(const std::string& type, double D) {
-  ConstraintSpec spec = stiff(type, {}, 1, type == "plate" ? 0 : 1);
-  spec.rigidity = D;
-  return spec;
-}
-
 const char* const kBendings[] = {"bending", "isometric_bending", "plate"};
-
-/// Rows of a strip of 1 m along x from the clamp on, two of them pinned, and a quarter as many across.
-BodySpec clamped_strip(int cells, double D, const std::string& type = "bending") {
-  BodySpec body;
-  const int across = cells / 4;
-  body.name = "strip", body.shape = GridShape{{0.25, 1}, {across, cells}}, body.density = 0.1;
-  ListPin clamp;
-  for (int i = 0; i < 2 * (across + 1); ++i) clamp.particles.push_back(i);
-  body.pins = {clamp};
-  body.constraints = {stiff("distance", {"edges", "shear"}), rigid(type, D)};
-  return body;
-}
 
 double drop_over_reach(double gamma) {
   const study::ElasticaPoint end = study::heavy_elastica(gamma, 100).back();
@@ -138,7 +117,7 @@ TEST(FilteredBending, IsBackwardEulerOfQuadraticBendingOnIrregularTriangles) {
       BodySpec body;
       // The file has a vertex that no face uses, and every other face is turned over.
       std::string text = irregular_obj(1, 1, 5, 5, 0.3, 7, 0);
-      body.name = "sheet", body.mass = 0.2, body.constraints = {rigid(type, 0.01)};
+      body.name = "sheet", body.mass = 0.2, body.constraints = {bending_of(type, 0.01)};
       body.shape = MeshFile{folder.write("sheet.obj", text)};
       if (pinned) body.pins = {ListPin{{0, 1, 2, 9}}};
       Scene scene = scene_of({body}, kEarth, 1.0 / 60, 3, Precision::Double);
@@ -207,13 +186,13 @@ TEST(FilteredBending, IsBackwardEulerOfQuadraticBendingOnIrregularTriangles) {
     }
 }
 
-struct Motion {
+struct BodyMomenta {
   Vec3 momentum, spin;
 };
-Motion motion_of(const Simulation& simulation) {
+BodyMomenta momenta_of_body(const Simulation& simulation) {
   const std::vector<Vec3> x = simulation.positions(), v = simulation.velocities();
   const std::vector<double> w = simulation.solver().inverse_masses();
-  Motion sum{};
+  BodyMomenta sum{};
   for (std::size_t i = 0; i < x.size(); ++i)
     for (int k = 0; k < 3; ++k) {
       const int a = (k + 1) % 3, b = (k + 2) % 3;
@@ -232,13 +211,13 @@ TEST(FilteredBending, KeepsTheMomentaOfFreeBodiesFlatAndCurved) {
     for (const bool curved : {false, true})
       for (const Precision precision : {Precision::Float, Precision::Double}) {
         BodySpec body = curved ? tumbling_ellipsoid(2, {}) : sheet;
-        body.constraints = {stiff("distance", {"edges"}), rigid(type, 1e-3)};
+        body.constraints = {stiff("distance", {"edges"}), bending_of(type, 1e-3)};
         Scene scene = scene_of({body}, {0, 0, 0}, 1.0 / 60, 5, precision);
         scene.solver.bending = BendingMethod::Filtered;
         Simulation simulation(scene, {.threads = 1});
-        const Motion before = motion_of(simulation);
+        const BodyMomenta before = momenta_of_body(simulation);
         run_for(simulation, scene, 2);
-        const Motion now = motion_of(simulation);
+        const BodyMomenta now = momenta_of_body(simulation);
         const double limit = precision == Precision::Float ? 2e-5 : 1e-11;
         EXPECT_LT(length(now.momentum - before.momentum), limit * length(before.momentum)) << type << curved;
         EXPECT_LT(length(now.spin - before.spin), 10 * limit * length(before.spin)) << type << curved;
@@ -248,7 +227,7 @@ TEST(FilteredBending, KeepsTheMomentaOfFreeBodiesFlatAndCurved) {
 TEST(FilteredBending, LeavesBodiesThatAreCurvedAtRestAsTheyAre) {
   for (const char* type : kBendings)
     for (const Precision precision : {Precision::Float, Precision::Double}) {
-      BodySpec body = tumbling_ellipsoid(2, {stiff("distance", {"edges"}), rigid(type, 1e-2)});
+      BodySpec body = tumbling_ellipsoid(2, {stiff("distance", {"edges"}), bending_of(type, 1e-2)});
       body.spin = body.velocity = {0, 0, 0};
       Scene scene = scene_of({body}, {0, 0, 0}, 1.0 / 60, 10, precision);
       scene.solver.bending = BendingMethod::Filtered;
@@ -260,117 +239,6 @@ TEST(FilteredBending, LeavesBodiesThatAreCurvedAtRestAsTheyAre) {
         moved = std::max(moved, length(simulation.positions()[i] - before[i]));
       EXPECT_LT(moved, precision == Precision::Float ? 2e-5 : 1e-10) << type;
     }
-}
-
-TEST(BendingMethod, IsFilteredWhereProjectionsAreTooSoftAndFoldsDoNotTurnTooFast) {
-  const auto methods = [](const BodySpec& body, BendingMethod bending, int substeps) {
-    Scene scene = scene_of({body}, kEarth, 1.0 / 60, substeps);
-    scene.solver.bending = bending;
-    const Model model = build_model(scene);
-    const auto lines = warnings(model);
-    const auto soft = std::ranges::count_if(lines, [](const std::string& line) { return has(line, "deforms"); });
-    return std::pair(model.stencils.size(), static_cast<std::size_t>(soft));
-  };
-  const BodySpec strip = clamped_strip(24, 0.1);
-  EXPECT_EQ(methods(strip, BendingMethod::Auto, 10), std::pair(std::size_t(1), std::size_t(0)));
-  EXPECT_EQ(methods(strip, BendingMethod::Projected, 10), std::pair(std::size_t(0), std::size_t(1)));
-  EXPECT_EQ(methods(strip, BendingMethod::Auto, 1000), std::pair(std::size_t(0), std::size_t(0)));
-  EXPECT_EQ(methods(strip, BendingMethod::Filtered, 1000), std::pair(std::size_t(1), std::size_t(0)));
-  BodySpec k = strip;
-  k.constraints[1] = stiff("bending", {}, 0.5);
-  EXPECT_EQ(methods(k, BendingMethod::Filtered, 10).first, 0u) << "of a stiffness";
-  // A stiff shell whose folds are sharp stays projected, and is said to be soft.
-  BodySpec shell = tumbling_ellipsoid(2, {stiff("distance", {"edges"}), rigid("bending", 1e4)});
-  EXPECT_EQ(methods(shell, BendingMethod::Auto, 10), std::pair(std::size_t(0), std::size_t(1)));
-  shell.constraints[1] = rigid("bending", 1);
-  EXPECT_EQ(methods(shell, BendingMethod::Auto, 10).first, 1u);
-}
-
-/// A scene in which filtered bodies have what a scene may have.
-Scene full_of_filtered(Precision precision) {
-  BodySpec sheet = clamped_strip(16, 1e-2);
-  sheet.name = "sheet", sheet.transform.translate = {0, 1, 0};
-  BodySpec plate = clamped_strip(12, 2e-3, "plate");
-  plate.name = "plate", plate.transform.translate = {1, 1.2, 0}, plate.pins[0].release_time = 0.1;
-  BodySpec ball = tumbling_ellipsoid(2, {compliant("distance", 1e-5, {"edges"}), rigid("bending", 1e-3)});
-  ball.transform.translate = {3, 1.1, 0};
-  ConstraintSpec pressure = stiff("pressure");
-  pressure.parameter = 1.1, ball.constraints.push_back(pressure);
-  Scene scene = scene_of({sheet, plate, ball}, kEarth, 1.0 / 60, 4, precision);
-  scene.self_collision = SelfCollision{};
-  scene.self_collision->thickness = 0.004;
-  EnvironmentSpec ground;
-  ground.name = "ground", ground.shape = GridShape{{80, 80}, {1, 1}}, ground.transform.translate = {-40, 0, -40};
-  ground.sides = Sides::OneSided, ground.friction = 0.3;
-  scene.environment = {ground};
-  return scene;
-}
-
-TEST(FilteredBending, HasTheSameBitsOnThreadsInstructionSetsAndBlocks) {
-  for (const Precision precision : {Precision::Float, Precision::Double}) {
-    const Scene scene = full_of_filtered(precision);
-    ASSERT_EQ(build_model(scene).stencils.size(), 3u);
-    const std::uint64_t one = after(scene, 0.25).state_hash();
-    for (const std::string& set : instruction_sets())
-      EXPECT_EQ(after(scene, 0.25, {.threads = 2, .instructions = set}).state_hash(), one) << set;
-#if defined(TESTS_BLOCKS)
-    EXPECT_EQ(hash_on_blocks(scene, 15, {64}), one);
-#endif
-  }
-}
-
-TEST(FilteredBending, GoesOnFromACheckpointWithTheSameBits) {
-  for (const double when : {0.05, 0.2}) {  // before and after the release
-    const Scene scene = full_of_filtered(Precision::Float);
-    Simulation whole(scene, {.threads = 1}), part(scene, {.threads = 1});
-    run_for(whole, scene, when);
-    part.restore_state(whole.save_state());
-    run_for(whole, scene, 0.1);
-    run_for(part, scene, 0.1);
-    EXPECT_EQ(whole.state_hash(), part.state_hash()) << when;
-  }
-}
-
-TEST(FilteredBending, OfPinsThatAreReleasedIsThatOfABodyWithoutThem) {
-  BodySpec body = clamped_strip(12, 1e-2);
-  Scene scene = scene_of({body}, kEarth, 1.0 / 60, 5);
-  scene.bodies[0].pins[0].release_time = 0.05;
-  scene.bodies[0].constraints[1] = compliant("bending", 10);  // hinges of a material know which pins stay
-  Simulation released = after(scene, 0.05);
-  scene.bodies[0].pins.clear();
-  Simulation free(scene, {.threads = 1});
-  free.set_positions(released.positions()), free.set_velocities(released.velocities());
-  for (int step = 0; step < 20; ++step) released.step(), free.step();
-  double apart = 0;
-  for (std::size_t i = 0; i < free.positions().size(); ++i)
-    apart = std::max(apart, length(free.positions()[i] - released.positions()[i]));
-  EXPECT_LT(apart, 1e-6) << "constraints in another order";
-}
-
-TEST(FilteredBending, OfAHeldParticleLeavesItWhereItIs) {
-  Scene scene = scene_of({clamped_strip(12, 1e-2)}, kEarth, 1.0 / 60, 5);
-  Simulation simulation(scene, {.threads = 1, .interactive = true});
-  const int held = static_cast<int>(simulation.positions().size()) - 1;
-  const Vec3 at = simulation.positions()[held];
-  simulation.hold(held);
-  run_for(simulation, scene, 0.5);
-  EXPECT_EQ(simulation.positions()[held], at);
-  simulation.release(held);
-  run_for(simulation, scene, 0.5);
-  EXPECT_LT(simulation.positions()[held][1], at[1] - 0.01);
-}
-
-TEST(FilteredBending, OfATornSheetIsThatOfItsParts) {
-  Scene scene = scene_of({clamped_strip(12, 1e-2)}, kEarth, 1.0 / 60, 5);
-  scene.bodies[0].tear = Tear{0.5};
-  Simulation simulation(scene, {.threads = 1});
-  const std::size_t before = simulation.positions().size();
-  std::vector<Vec3> v(before, Vec3{0, 0, 0});
-  for (std::size_t i = before / 2; i < before; ++i) v[i] = {0, 0, 60};
-  simulation.set_velocities(v);
-  run_for(simulation, scene, 0.5);
-  EXPECT_GT(simulation.positions().size(), before);
-  EXPECT_FALSE(simulation.model().stencils.empty());
 }
 
 }  // namespace
