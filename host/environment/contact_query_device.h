@@ -74,8 +74,8 @@ struct WithoutEmbree {
 };
 
 /// Answers the queries of a particle at all meshes by their octrees, and clears the bits of those that it answers.
-/// Queries the octrees of all meshes. A particle for which one is not enough is left to the host there and at all later
-/// meshes, since the host may move it.
+/// A particle for which an octree is not enough is left to the host there and at all later meshes, since the host may
+/// move it.
 template <class R>
 struct QueryOctrees {
   const ContactQuery<R>* meshes;

@@ -4,10 +4,9 @@
 // alone, at every stiffness and resolution: stretch, pressure and contacts are projected afterwards. It is Desbrun's
 // filter (Desbrun, Schröder, Barr 1999, section 3.2) in the place where it is exact.
 //
-// b pulls hinges that are curved at rest to the nearest fold of their length at rest, in the directions of the start of
-// the substep, turned with the rotation of the body as a whole. Directions of the start let no step gain energy,
-// because each minimises an energy that the start bounds. (Directions of the prediction do not: stiff shells explode on
-// impact.) The rotation is what would otherwise be damped.
+// b pulls hinges that are curved at rest to their fold at rest, along their normals at the start of the substep, which
+// are turned with the body as a whole: without that its rotation would be damped. Shells that are folded too sharply
+// for their stiffness gain energy on impact (kMostTurning, host/model/softening.h), with normals of the prediction too.
 #pragma once
 #include <memory>
 #include <optional>

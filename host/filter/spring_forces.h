@@ -62,10 +62,11 @@ class SpringForces {
   /// Notes the block of each constraint with a target, from that of each particle (-1: none).
   void set_blocks(const std::vector<int>& block_of) {
     for (Targets& own : targets_) {
-      const std::size_t n = own.particles.size() / own.count;
+      const std::vector<int> particle = own.particle.download();
+      const std::size_t n = particle.size() / own.count;
       std::vector<int> block(own.count, 0);
-      for (std::size_t k = 0; k < own.particles.size(); ++k)
-        block[k / n] = std::max(block[k / n], block_of[own.particles[k]]);
+      for (std::size_t k = 0; k < particle.size(); ++k)
+        block[k / n] = std::max(block[k / n], block_of[particle[k] / kIndexScale<R>]);
       own.block = Array<Executor, int>(block);
     }
   }
@@ -89,7 +90,6 @@ class SpringForces {
   struct Targets {
     const ConstraintSet* set;
     int count, first_row;
-    std::vector<int> particles;  // of each constraint
     Array<Executor, int> particle, block;
     Array<Executor, R> weight, own, stiffness;
   };
@@ -149,14 +149,13 @@ class SpringForces {
     int rows = 0;
     for (const ConstraintSet& set : model.stencils)
       with_stencil(set, [&]<class Kind, class Stencil>(Kind, Stencil) {
-        std::vector<int> particle, particles;
+        std::vector<int> particle;
         std::vector<R> weight, own, stiffness;
         const int first = rows;
         for (int c = 0; c < set.count(); ++c) {
           const StencilOf<Kind> one = stencil_of<Kind>(set, c, model.x);
           if (std::ranges::all_of(one.own, [](double a) { return a == 0; })) continue;
-          for (int j = 0; j < one.n; ++j)
-            particles.push_back(one.particles[j]), particle.push_back(one.particles[j] * kIndexScale<R>);
+          for (int j = 0; j < one.n; ++j) particle.push_back(one.particles[j] * kIndexScale<R>);
           for (int k = 0; k < Stencil::vectors; ++k)
             for (int j = 0; j < one.n; ++j) {
               weight.push_back(R(one.weights[k][j]));
@@ -170,7 +169,6 @@ class SpringForces {
           targets_.push_back({&set,
                               static_cast<int>(stiffness.size()),
                               first,
-                              std::move(particles),
                               Array<Executor, int>(particle),
                               {},
                               Array<Executor, R>(weight),

@@ -162,10 +162,7 @@ Stiffest stiffest_of(const Model& model) {
     with_stencil(set, [&]<class Kind, class Stencil>(Kind, Stencil) {
       for (int c = 0; c < set.count(); ++c) {
         const StencilOf<Kind> one = stencil_of<Kind>(set, c, model.x);
-        double most = 0;
-        for (const auto& weights : one.weights)
-          for (const double weight : weights) most = std::max(most, weight * weight / one.alpha);
-        take(most, set.type, one.particles, Kind::particles);
+        take(one.stiffest(), set.type, one.particles, Kind::particles);
       }
     });
   found.times = all.empty() ? 0 : found.stiffness / median(std::move(all));

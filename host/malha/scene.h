@@ -281,7 +281,7 @@ struct Expect {
 enum class Precision { Float, Double };
 
 enum class FilterKind { Auto, Dense, Sparse };
-/// How PBD treats bending of a given rigidity or compliance. Auto: each constraint as it is right at the substep.
+/// This says how PBD solves bending of a given rigidity or compliance. Auto filters what projections leave too soft.
 enum class BendingMethod { Auto, Projected, Filtered };
 enum class Storage { Float, Double, Int16 };
 enum class Corrector { Inertia, Paper, Off };

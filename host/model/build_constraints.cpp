@@ -176,12 +176,7 @@ void limit_contrast(ConstraintSet& set, const std::vector<Vec3>& X) {
   constexpr double most_times = 1e3;
   std::vector<double> stiffest;
   with_stencil(set, [&]<class Kind, class Stencil>(Kind, Stencil) {
-    for (int c = 0; c < set.count(); ++c) {
-      const StencilOf<Kind> one = stencil_of<Kind>(set, c, X);
-      double& most = stiffest.emplace_back(0);
-      for (const auto& weights : one.weights)
-        for (const double weight : weights) most = std::max(most, weight * weight / one.alpha);
-    }
+    for (int c = 0; c < set.count(); ++c) stiffest.push_back(stencil_of<Kind>(set, c, X).stiffest());
   });
   const double limit = most_times * median(stiffest);
   if (!(limit > 0)) return;

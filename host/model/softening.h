@@ -22,7 +22,7 @@ struct Softening {
 /// Returns the softening of the worst body by what is projected; 0 by Desbrun's method, and without such constraints.
 Softening worst_softening(const Model& model);
 
-/// What a substep makes of bending by one set of constraints.
+/// Dimensionless numbers of a substep of bending, by one set of constraints.
 struct BendingStep {
   double softening = 0;  // if it is projected; 0 for other kinds, and without compliance
   /// If it is filtered: sqrt(s) times the fold at rest (rad), which nine tenths of the constraints do not exceed. In

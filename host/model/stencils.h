@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Iteration over the stencils of a model, with their weights (kernels/projection/stencil.h).
 #pragma once
+#include <algorithm>
+
 #include "host/model/model.h"
 #include "kernels/constraints/constraint_registry.h"
 #include "kernels/projection/rest.h"
@@ -24,6 +26,14 @@ struct StencilOf {
   double alpha;  // compliance
   double weights[Stencil::vectors][n];
   double own[Stencil::coefficients];  // parameters of the stencil, see Stencil::weights()
+
+  /// The largest stiffness at a corner.
+  double stiffest() const {
+    double most = 0;
+    for (const auto& of_vector : weights)
+      for (const double weight : of_vector) most = std::max(most, weight * weight / alpha);
+    return most;
+  }
 };
 
 /// Stencil c of a set, at the rest positions X (m).

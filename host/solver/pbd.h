@@ -137,7 +137,7 @@ class Pbd final : public TimeStepper<Executor, R> {
       parallel_for(executor_, model_.count(), Predict<R>{this->particles(), R(h), this->to_R(model_.scene.gravity)});
     });
   }
-  void filter_bending(double) override {
+  void filter_bending() override {
     refactor_bending();
     this->timed(Pass::Filter, [&] { bending_filter_->apply(this->particles()); });
   }

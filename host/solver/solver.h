@@ -52,7 +52,7 @@ class Solver {
   virtual const StepPlan& step_plan() const = 0;
   /// Tells whether coarse levels are laid out, for any state of the pins.
   virtual bool has_levels() const = 0;
-  /// Measures the errors of Desbrun's filter; none: the method has no filter.
+  /// Measures the errors of the filter of forces, or of bending; none: there is no filter.
   virtual std::optional<FilterErrors> filter_errors() const { return std::nullopt; }
   virtual const std::array<double, kPassNames.size()>& pass_seconds() const = 0;  // per pass, since the start
   /// Seconds of each level (facts().levels) since the start, which those of the passes include.

@@ -329,8 +329,8 @@ class TimeStepper : public Solver {
   virtual void predict(double h) = 0;
   /// Stage::SolveSubstep.
   virtual void solve_substep(double /*h*/) {}
-  /// Stage::FilterBending, in a substep of h seconds.
-  virtual void filter_bending(double /*h*/) {}
+  /// Stage::FilterBending.
+  virtual void filter_bending() {}
   /// Stage::CorrectCoarsely.
   virtual void apply_coarse_correction(const Particles<R>& /*all*/) {}
   /// Stage::StartPressures.
@@ -383,7 +383,7 @@ class TimeStepper : public Solver {
           parallel_for(executor_, all.count, Predict<R>{all, R(h), {R(0), R(0), R(0)}});
         });
       case Stage::FilterBending:
-        return filter_bending(h);
+        return filter_bending();
       case Stage::SolveSubstep:
         return solve_substep(h);
       case Stage::DetectContacts:

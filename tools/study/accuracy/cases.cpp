@@ -177,8 +177,7 @@ AccuracyCase cantilever(int cells) {
   body.constraints.push_back(bending);
   test_case.what = bench::formatted(
       "1 x 0.25 m of 0.1 kg/m^2 in %d cells along, springs of 1e5 N/m, bending of a rigidity of %.4f N m: density g "
-      "L^3 / "
-      "D is %g from the clamp on. Air drag brings it to rest.",
+      "L^3 / D is %g from the clamp on. Air drag brings it to rest.",
       cells, D, kGamma);
   test_case.scene = scene_of(std::move(body), kEarth);
   const std::vector<ElasticaPoint> line = heavy_elastica(kGamma, cells - 1);
