@@ -33,6 +33,10 @@ struct AccuracyCase {
 /// All cases; only small ones if `quick`.
 std::vector<AccuracyCase> accuracy_cases(bool quick);
 
+/// A strip of 1 m with `cells` cells along, clamped by its first two rows of particles, that comes to rest under its
+/// weight: a heavy elastica of Gamma 10.
+AccuracyCase cantilever(int cells);
+
 /// The equations of motion of a case's scene.
 std::unique_ptr<System> system_of(const AccuracyCase& test_case);
 

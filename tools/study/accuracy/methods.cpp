@@ -119,7 +119,7 @@ class MethodList {
     for (int n = 1; n <= most; n *= factor_) method.solver.iterations = n, all_.push_back(method);
   }
   void by_refine(Method method) {
-    for (int r = 0; r <= test_case_.refine; r = std::max(1, 2 * r))
+    for (int r = 0; test_case_.refine > 0 && r <= test_case_.refine; r = std::max(1, 2 * r))
       method.solver.desbrun.refinement_iterations = r, all_.push_back(method);
   }
 

@@ -65,6 +65,11 @@ struct BackwardEuler::Parts {
       if (j) add(s.j, s.j, K);
       if (i && j) add(std::max(s.i, s.j), std::min(s.i, s.j), -K);  // Eigen reads the lower triangle
     }
+    for (const BendingElement& b : system.bending)
+      for (const auto& [i, at_i] : {std::pair(b.i, 1), std::pair(b.j, -2), std::pair(b.k, 1)})
+        for (const auto& [j, at_j] : {std::pair(b.i, 1), std::pair(b.j, -2), std::pair(b.k, 1)})
+          if (j <= i && !system.pinned[i] && !system.pinned[j])
+            add(i, j, h * h * b.stiffness * at_i * at_j * Eigen::Matrix3d::Identity());
     hessian.resize(x.size(), x.size());
     hessian.setFromTriplets(entries.begin(), entries.end());
   }

@@ -19,7 +19,7 @@ void symplectic_euler(const System& system, double h, State& state);
 void rk4(const System& system, double h, State& state);
 
 /// Backward Euler, x' = x + h v', v' = v + h a(x'), solved by Newton's method on all coordinates with the true Hessian
-/// of the springs, a line search, and a sparse Cholesky factorisation per iteration (without the indefinite part of
+/// of the forces, a line search, and a sparse Cholesky factorisation per iteration (without the indefinite part of
 /// compressed springs, if the factorisation fails with it). Baraff & Witkin 1998 is its first iteration.
 class BackwardEuler {
  public:

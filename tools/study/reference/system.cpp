@@ -27,6 +27,8 @@ double SpringSystem::elastic_energy(const Vector& x) const {
     const double stretch = (x.segment<3>(3 * s.i) - x.segment<3>(3 * s.j)).norm() - s.rest;
     sum += s.stiffness * stretch * stretch / 2;
   }
+  for (const BendingElement& b : bending)
+    sum += b.stiffness / 2 * (x.segment<3>(3 * b.i) - 2 * x.segment<3>(3 * b.j) + x.segment<3>(3 * b.k)).squaredNorm();
   return sum;
 }
 
@@ -36,6 +38,13 @@ void SpringSystem::add_forces(const Vector& x, Vector& f) const {
     const Eigen::Vector3d pull = s.stiffness * (1 - s.rest / d.norm()) * d;
     f.segment<3>(3 * s.i) -= pull;
     f.segment<3>(3 * s.j) += pull;
+  }
+  for (const BendingElement& b : bending) {
+    const Eigen::Vector3d push =
+        b.stiffness * (x.segment<3>(3 * b.i) - 2 * x.segment<3>(3 * b.j) + x.segment<3>(3 * b.k));
+    f.segment<3>(3 * b.i) -= push;
+    f.segment<3>(3 * b.j) += 2 * push;
+    f.segment<3>(3 * b.k) -= push;
   }
 }
 
@@ -65,19 +74,42 @@ void set_start(const Scene& scene, const Mesh& mesh, System& system) {
     if (system.pinned[i]) system.start.v.segment<3>(3 * i).setZero();
 }
 
+namespace {
+
+/// Bending of a flexural rigidity D (N m): each row and column bends as a beam of its share of the width. What is
+/// pinned does not bend, so that at the edge of a clamp half a cell has the bending of a whole one.
+void add_bending(const GridShape& grid, double D, SpringSystem& system) {
+  const std::array<int, 2> n = grid.cells, stride{1, n[0] + 1};
+  for (const int axis : {0, 1}) {
+    const int other = 1 - axis, next = stride[axis];
+    const double l = grid.size[axis] / n[axis], width = grid.size[other] / n[other];
+    for (int i = 1; i < n[axis]; ++i)
+      for (int j = 0; j <= n[other]; ++j) {
+        const int at = i * next + j * stride[other];
+        const bool is_clamp = system.pinned[at] && (system.pinned[at - next] || system.pinned[at + next]);
+        const double share = width / (j % n[other] == 0 ? 2 : 1);
+        system.bending.push_back({at - next, at, at + next, (is_clamp ? 2 : 1) * D * share / (l * l * l)});
+      }
+  }
+}
+
+}  // namespace
+
 std::unique_ptr<SpringSystem> spring_system(const Scene& scene) {
   auto system = std::make_unique<SpringSystem>();
   const BodySpec& body = scene.bodies.front();
   const Mesh mesh = make_mesh(body.shape);
   set_start(scene, mesh, *system);
   const Vector& x = system->start.x;
-  for (const ConstraintSpec& spec : body.constraints)
+  for (const ConstraintSpec& spec : body.constraints) {
+    if (spec.rigidity) add_bending(std::get<GridShape>(body.shape), *spec.rigidity, *system);
     for (const std::string& on : spec.elements)
       for (const auto& [i, j] : on == "shear" ? shear(mesh) : edges(mesh)) {
         if (system->pinned[i] && system->pinned[j]) continue;
         const double length = (x.segment<3>(3 * i) - x.segment<3>(3 * j)).norm();
         system->springs.push_back({i, j, 1 / spec.compliance.value(), spec.parameter * length});
       }
+  }
   return system;
 }
 

@@ -38,7 +38,13 @@ struct Spring {
   double stiffness, rest;  // N/m, m
 };
 
-/// f = -k (l - l0) along each spring.
+/// Quadratic bending at particle j: an energy of stiffness / 2 |x_i - 2 x_j + x_k|^2.
+struct BendingElement {
+  int i, j, k;
+  double stiffness;  // N/m
+};
+
+/// f = -k (l - l0) along each spring, and bending.
 class SpringSystem : public System {
  public:
   double elastic_energy(const Vector& x) const override;
@@ -46,6 +52,7 @@ class SpringSystem : public System {
   Vector strains(const Vector& x) const override;
 
   std::vector<Spring> springs;
+  std::vector<BendingElement> bending;
 };
 
 /// Sets masses, pins, gravity and initial state from a scene's only body. `mesh`: of its shape.
@@ -55,7 +62,7 @@ void set_start(const Scene& scene, const Mesh& mesh, System& system);
 Vector edge_strains(const std::vector<Spring>& edges, const Vector& x);
 
 /// The springs that correspond to the distance constraints of a scene's only body: k = 1 / compliance. All of them must
-/// have a compliance.
+/// have a compliance. Constraints of a rigidity are bending of a grid, along its rows and columns.
 std::unique_ptr<SpringSystem> spring_system(const Scene& scene);
 
 /// The coordinates of points in one vector.
