@@ -47,7 +47,7 @@ TEST(StudySize, SparseFilterGrowsALittleFasterThanItsUnknowns) {
 }
 
 TEST(StudySize, HasTimeMemoryAndSetUpOfEverySizeThatFits) {
-  ASSERT_EQ(quick_size().sections.size(), 6u);
+  ASSERT_EQ(quick_size().sections.size(), 7u);
   std::size_t costs = 0;
   for (const Json& row : quick_size().rows) costs += row.contains("measures") ? 0 : 1;
   for (std::size_t k = 0; k < 3; ++k) {
@@ -92,6 +92,18 @@ TEST(StudySize, FindsTheWorkForAStrainOfAHundredth) {
       }
   const auto rows = hanging_rows("work", "PBD", "grid");
   EXPECT_GT(rows.at(33)["count"].get<int>(), rows.at(17)["count"].get<int>());
+}
+
+TEST(StudySize, ShowsThatFilteredBendingIsRightAtEveryResolution) {
+  const auto error = [](const char* method, int along) {
+    return hanging_rows("bending", method, "grid").at(along)["error_m"].get<double>();
+  };
+  for (const int along : {12, 36}) EXPECT_LT(error("filtered", along), 0.01) << along;
+  EXPECT_LT(error("projected", 12), 0.02);
+  EXPECT_GT(error("projected", 36), 0.2);
+  EXPECT_GT(error("Desbrun", 36), 0.2) << "its springs hold the strip up";
+  EXPECT_EQ(quick_size().sections.back().table.rows.size(), 6u);
+  EXPECT_EQ(quick_size().sections.back().chart->series.size(), 3u);
 }
 
 /// A single link is a pendulum. Released from the horizontal, its speed at the bottom is sqrt(2 g l), which it reaches

@@ -5,7 +5,7 @@
 
 namespace malha::study {
 
-/// A method for the hanging cloth, with its names in charts and tables.
+/// A method for the hanging cloth or a clamped strip, with its names in charts and tables.
 struct HangingMethod {
   std::string name;      // "levels", "PBD"
   std::string settings;  // of about the same cost as levels with 10 substeps
@@ -16,7 +16,9 @@ struct HangingMethod {
 /// The RMS strain that the rows of "work" reach.
 constexpr double kTargetStrain = 0.01;
 
-/// `rows`: {measures: "error" or "work", method, mesh, side, left_out, ...}, with the measured values if they were run.
-std::vector<Section> size_error_sections(const std::vector<HangingMethod>& methods, const Json& rows);
+/// `bending`: methods of the rows of "bending". `rows`: {measures: "error", "work" or "bending", method, mesh, side,
+/// left_out, ...}, with the measured values if they were run.
+std::vector<Section> size_error_sections(const std::vector<HangingMethod>& methods,
+                                         const std::vector<HangingMethod>& bending, const Json& rows);
 
 }  // namespace malha::study

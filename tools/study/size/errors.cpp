@@ -10,6 +10,7 @@
 #include "malha/simulation.h"
 #include "tools/bench/cloth.h"
 #include "tools/bench/medians.h"
+#include "tools/study/accuracy/cases.h"
 #include "tools/study/cloth_methods.h"
 #include "tools/study/reference/chain.h"
 #include "tools/study/size/error_sections.h"
@@ -20,7 +21,7 @@ namespace malha::study {
 namespace {
 
 constexpr double kClothSide = 2, kClothGravity = 9.81;  // m; m/s^2, of tools/bench/cloth.h
-constexpr int kHangingFrames = 60;                      // 1 s
+constexpr int kHangingFrames = 60, kStripFrames = 300;  // 1 s, and 5 s until a strip is at rest
 constexpr double kHangingCompliance = 1e-6;             // m/N: a row stretches by at most 5e-6 of its length
 constexpr double kHangingSpring = 1e4;                  // N/m, of Desbrun's method
 constexpr int kMostHangingSubsteps = 1024;
@@ -29,7 +30,7 @@ constexpr int kMostHangingSubsteps = 1024;
 struct HangingMethodRun : HangingMethod {
   std::function<void(Scene&)> change;
   int fixed;           // substeps, or refinements, in the charts of errors
-  int most_particles;  // in the full study
+  int most_particles;  // in the full study, of cloths
   bool refines = false;
 };
 
@@ -54,6 +55,21 @@ const std::vector<HangingMethodRun>& hanging_methods() {
       {{"levels", "10 substeps", "lw 2 lc rgb '#cc79a7'"}, with_levels, 10, 1'000'000},
       {{"long_range", "7 substeps", "lw 2 lc rgb '#d55e00'"}, with_long_range, 7, 100'000},
       {{"Desbrun", "refine 1", "lw 2 lc rgb '#009e73'"}, by_desbrun, 1, 100'000, true},
+  };
+  return all;
+}
+
+template <BendingMethod bending>
+void with_bending(Scene& scene) {
+  scene.solver.bending = bending;
+}
+
+/// Methods for the bending of a clamped strip.
+const std::vector<HangingMethodRun>& bending_methods() {
+  static const std::vector<HangingMethodRun> all{
+      {{"projected", "10 substeps", "lw 2 lc rgb '#0072b2'"}, with_bending<BendingMethod::Projected>, 10, 0},
+      {{"filtered", "10 substeps", "lw 2 lc rgb '#e69f00'"}, with_bending<BendingMethod::Filtered>, 10, 0},
+      {{"Desbrun", "1 substep", "lw 2 lc rgb '#009e73'"}, by_desbrun, 1, 0},
   };
   return all;
 }
@@ -98,29 +114,36 @@ double hanging_error(const std::vector<Vec3>& rest, const std::vector<Vec3>& x, 
   return std::sqrt(squares / static_cast<double>(x.size()));
 }
 
+/// RMS distance from the truth after a frame, m.
+using ErrorAfter = std::function<double(const std::vector<Vec3>& rest, const std::vector<Vec3>& x, int frame)>;
+
+double cloth_error(const std::vector<Vec3>& rest, const std::vector<Vec3>& x, int frame) {
+  return hanging_error(rest, x, hanging_truth()[frame - 1]);
+}
+
 struct HangingResult {
   double ms = 0, strain_rms = 0, strain_max = 0, error_half = 0, error = 0;
   int levels = 0;
   bool diverged = false;
 };
 
-HangingResult run_hanging(const Scene& scene, const Cells& cells) {
+HangingResult run_hanging(const Scene& scene, const Cells& cells, int frames = kHangingFrames,
+                          const ErrorAfter& error = cloth_error) {
   Simulation simulation(scene, {.threads = 1});
   const std::vector<Vec3> rest = simulation.positions();
   HangingResult result;
   result.levels = static_cast<int>(simulation.solver().facts().levels.size());
   std::vector<double> frame_seconds;
   try {
-    for (int frame = 1; frame <= kHangingFrames; ++frame) {
+    for (int frame = 1; frame <= frames; ++frame) {
       frame_seconds.push_back(seconds([&] { simulation.step(); }));
       cells.check_interrupt();
-      if (frame == kHangingFrames / 2)
-        result.error_half = hanging_error(rest, simulation.positions(), hanging_truth()[frame - 1]);
+      if (frame == frames / 2) result.error_half = error(rest, simulation.positions(), frame);
     }
     simulation.check_divergence();
     const Measures measures = simulation.measure();
     result.strain_rms = measures.strain_rms, result.strain_max = measures.strain_max;
-    result.error = hanging_error(rest, simulation.positions(), hanging_truth().back());
+    result.error = error(rest, simulation.positions(), frames);
   } catch (const Diverged&) {
     result.diverged = true;
   }
@@ -128,8 +151,19 @@ HangingResult run_hanging(const Scene& scene, const Cells& cells) {
   return result;
 }
 
-Json error_cell(const bench::Case& which, const HangingMethodRun& method, const Cells& cells) {
-  const HangingResult result = run_hanging(hanging_scene(which, method, method.fixed), cells);
+/// `along`: edges of the strip.
+HangingResult run_strip(int along, const HangingMethodRun& method, const Cells& cells) {
+  const AccuracyCase strip = cantilever(along);
+  Scene scene = strip.scene;
+  scene.solver.substeps = method.fixed;
+  method.change(scene);
+  const Vector truth = strip.exact(0).x;
+  return run_hanging(scene, cells, kStripFrames, [&](const std::vector<Vec3>&, const std::vector<Vec3>& x, int) {
+    return rms_distance(flat(x), truth);
+  });
+}
+
+Json error_cell(const HangingResult& result) {
   if (result.diverged) return {{"left_out", "it diverges"}};
   return {{"step_ms", result.ms},
           {"levels", result.levels},
@@ -164,37 +198,42 @@ Json work_cell(const bench::Case& which, const HangingMethodRun& method, const C
           {"error_m", result.error}};
 }
 
+/// Visits the cloths by their particles a side, and the strips by their edges along.
 template <class Visit>
 void for_each_cell(bool quick, const Visit& visit) {
-  for (const bool work : {false, true})
+  for (const std::string measures : {"error", "work"})
     for (const HangingMethodRun& method : hanging_methods())
-      for (const char* mesh : {"grid", "irregular"})
-        for (const int side : hanging_sides(method, work, quick)) visit(work, method, std::string(mesh), side);
+      for (const std::string mesh : {"grid", "irregular"})
+        for (const int side : hanging_sides(method, measures == "work", quick)) visit(measures, method, mesh, side);
+  for (const HangingMethodRun& method : bending_methods())
+    for (const int along : quick ? std::vector{12, 36} : std::vector{24, 48, 96, 192})
+      visit(std::string("bending"), method, std::string("grid"), along);
 }
 
 }  // namespace
 
 int size_error_cells(bool quick) {
   int count = 0;
-  for_each_cell(quick, [&](bool, const HangingMethodRun&, const std::string&, int) { ++count; });
+  for_each_cell(quick, [&](const std::string&, const HangingMethodRun&, const std::string&, int) { ++count; });
   return count;
 }
 
 Json size_errors(Cells& cells) {
   Json rows = Json::array();
-  for_each_cell(cells.quick(), [&](bool work, const HangingMethodRun& method, const std::string& mesh, int side) {
-    const std::string key = (work ? "work for 1 %, " : "error, ") + method.title() + ", " + mesh + " of " +
-                            with_commas(static_cast<long long>(side) * side);
+  for_each_cell(cells.quick(), [&](const std::string& measures, const HangingMethodRun& method, const std::string& mesh,
+                                   int side) {
+    const bool bends = measures == "bending";
+    const int particles = bends ? (side + 1) * (side / 4 + 1) : side * side;
+    const std::string key = (measures == "work" ? "work for 1 %" : measures) + ", " + method.title() + ", " + mesh +
+                            " of " + with_commas(particles);
     const Json cell = cells(key, [&] {
-      const bench::Case which = mesh == "grid" ? bench::grid_case(side) : bench::irregular_case(side * side);
-      return work ? work_cell(which, method, cells) : error_cell(which, method, cells);
+      if (bends) return error_cell(run_strip(side, method, cells));
+      const bench::Case which = mesh == "grid" ? bench::grid_case(side) : bench::irregular_case(particles);
+      if (measures == "work") return work_cell(which, method, cells);
+      return error_cell(run_hanging(hanging_scene(which, method, method.fixed), cells));
     });
-    Json row{{"measures", work ? "work" : "error"},
-             {"method", method.name},
-             {"mesh", mesh},
-             {"side", side},
-             {"particles", side * side},
-             {"left_out", nullptr}};
+    Json row{{"measures", measures}, {"method", method.name},  {"mesh", mesh},
+             {"side", side},         {"particles", particles}, {"left_out", nullptr}};
     for (const auto& [name, value] : cell.items()) row[name] = value;
     rows.push_back(row);
   });
@@ -202,8 +241,11 @@ Json size_errors(Cells& cells) {
 }
 
 void add_size_errors(const Json& rows, Findings& findings) {
-  std::vector<HangingMethod> named(hanging_methods().begin(), hanging_methods().end());
-  for (Section& section : size_error_sections(named, rows)) findings.sections.push_back(std::move(section));
+  const auto named = [](const std::vector<HangingMethodRun>& all) {
+    return std::vector<HangingMethod>(all.begin(), all.end());
+  };
+  for (Section& section : size_error_sections(named(hanging_methods()), named(bending_methods()), rows))
+    findings.sections.push_back(std::move(section));
   for (const Json& row : rows) findings.rows.push_back(row);
 }
 
