@@ -186,6 +186,51 @@ TEST(FilteredBending, IsBackwardEulerOfQuadraticBendingOnIrregularTriangles) {
     }
 }
 
+/// The bending energy over that of the angles between faces, of a sheet of 1 m about a cylinder, whose edges fold by
+/// `fold` (rad) each and are stretched along the arc by the share `stretch`. The filter's energy is quadratic, so that
+/// half the virial of its forces is the energy; the forces follow from a substep that is short.
+double energy_over_that_of_angles(const BodySpec& sheet, double fold, double stretch, int cells) {
+  Scene scene = scene_of({sheet}, {0, 0, 0}, 1e-4, 1, Precision::Double);
+  scene.solver.bending = BendingMethod::Filtered;
+  Simulation simulation(scene, {.threads = 1});
+  std::vector<Vec3> x = simulation.positions();
+  const double radius = 1 / (cells * 2 * std::sin(fold / 2));
+  for (Vec3& point : x) {
+    const double angle = point[2] * cells * fold;
+    point = {point[0], (1 + stretch) * radius * std::cos(angle), (1 + stretch) * radius * std::sin(angle)};
+  }
+  simulation.set_positions(x);
+  const double angles = simulation.measure().elastic;
+  simulation.step();
+  const std::vector<Vec3> v = simulation.velocities();
+  const std::vector<double> w = simulation.solver().inverse_masses();
+  double virial = 0;
+  for (std::size_t i = 0; i < x.size(); ++i)
+    for (int k = 0; k < 3; ++k) virial += x[i][k] * v[i][k] / (w[i] * 1e-4);
+  return -virial / 2 / angles;
+}
+
+// A filtered fold has the energy of its chord, 2 sin(fold / 2) times the stretch, in place of its angle. On irregular
+// triangles edges across the arc fold less than those along it, and a stretch turns them.
+TEST(FilteredBending, OfStretchedAndSharplyFoldedSheetsHasTheEnergyOfChords) {
+  const TemporaryFolder folder;
+  constexpr int cells = 20;
+  for (const bool irregular : {false, true}) {
+    BodySpec sheet;
+    sheet.name = "sheet", sheet.density = 0.2, sheet.constraints = {bending_of("bending", 0.01)};
+    sheet.shape = GridShape{{1, 1}, {cells, cells}};
+    if (irregular) sheet.shape = MeshFile{folder.write("sheet.obj", irregular_obj(1, 1, cells, cells, 0.25, 3))};
+    for (const double degrees : {1, 10, 30, 60, 90})
+      for (const double stretch : {0.0, 0.01, 0.05, 0.2}) {
+        const double fold = degrees * kPi / 180, chord = std::sin(fold / 2) / (fold / 2) * (1 + stretch);
+        const double found = energy_over_that_of_angles(sheet, fold, stretch, cells);
+        std::printf("%s, %g degrees, stretch %g: %.4f, chord %.4f\n", irregular ? "irregular" : "grid", degrees,
+                    stretch, found, chord * chord);
+        EXPECT_NEAR(found / (chord * chord), 1, irregular ? 0.06 : 0.001) << degrees << ", " << stretch;
+      }
+  }
+}
+
 struct BodyMomenta {
   Vec3 momentum, spin;
 };
