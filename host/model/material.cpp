@@ -30,14 +30,6 @@ double squared_aspect(const Mesh& mesh, const Quad& face) {
 /// Rounds numbers that differ from 1 by rounding only to 1.
 double rounded_to_one(double a) { return std::abs(a - 1) < 1e-9 ? 1 : a; }
 
-/// The twist energy that the hinges about a side should have on a cell of this width across it, relative to a plate. On
-/// rectangles a x b, hinges about sides a with diagonally opposite wings resist twist a^2 / b^2 times as much as a
-/// plate, and those about sides b by the inverse; the results for both sides together are 2, as for a plate.
-double twist_about(double length2, double across2) {
-  const double ratio = quotient(length2, across2);
-  return ratio <= 1 ? ratio : 2 - 1 / ratio;
-}
-
 /// True if all corners of a triangle are pinned, so that it cannot bend.
 bool is_fixed(const std::vector<bool>& pinned, int a, int b, int c) { return pinned[a] && pinned[b] && pinned[c]; }
 
@@ -239,52 +231,36 @@ std::vector<double> shear_softness(const Mesh& mesh) {
 }
 
 PlateHinges plate_hinges(const Mesh& mesh, const std::vector<bool>& pinned) {
-  struct Wing {
-    int face;
-    std::array<int, 2> corner;  // the corners after the side and before it
-  };
-  std::vector<Wing> wings;  // of each side
-  std::vector<double> areas;
-  for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
-    const Quad& face = mesh.faces[f];
+  std::vector<std::array<int, 2>> wings;  // of each side, the corners after it and before it
+  for (const Quad& face : mesh.faces) {
     const int corners = is_triangle(face) ? 3 : 4;
-    for (int k = 0; k < corners; ++k)
-      wings.push_back({static_cast<int>(f), {face[(k + 2) % corners], face[(k + corners - 1) % corners]}});
-    areas.push_back(face_area(mesh, face));
+    for (int k = 0; k < corners; ++k) wings.push_back({face[(k + 2) % corners], face[(k + corners - 1) % corners]});
   }
   PlateHinges found;
-  const auto sides = sorted_sides(mesh.points.size(), [&](auto add) { for_each_face_side(mesh.faces, add); });
+  const auto& X = mesh.points;
+  const auto sides = sorted_sides(X.size(), [&](auto add) { for_each_face_side(mesh.faces, add); });
   for_each_edge(sides, [&](auto first, auto last) {
     if (last - first > 2) ++found.non_manifold;
     if (last - first != 2) return;
     const int from = first->forward ? first->low : first->high, to = first->forward ? first->high : first->low;
-    const auto& X = mesh.points;
-    const double length2 = squared_distance(X[from], X[to]);
-    const Wing &c = wings[first[0].number], &d = wings[first[1].number];
-    // If both faces are oriented consistently, wings of the same index in their faces are diagonally opposite.
-    const int turned = first[0].forward == first[1].forward ? 1 : 0;
-    const auto add = [&](int in_c, int in_d, double share) {
-      const int wing_c = c.corner[in_c], wing_d = d.corner[in_d];
+    const auto &c = wings[first[0].number], &d = wings[first[1].number];
+    // If both faces are oriented consistently, wings of different index in their faces are on the same side.
+    const int turned = first[0].forward == first[1].forward ? 0 : 1;
+    const int count = c[0] == c[1] && d[0] == d[1] ? 1 : 2;
+    for (int k = 0; k < count; ++k) {
+      const int wing_c = c[k], wing_d = d[k ^ turned];
       const double both = (is_fixed(pinned, from, to, wing_c) ? 0 : area(X[from], X[to], X[wing_c])) +
                           (is_fixed(pinned, from, to, wing_d) ? 0 : area(X[from], X[to], X[wing_d]));
       found.list.push_back({from, to, wing_c, wing_d});
-      found.softness.push_back(quotient(both / share, length2));
-    };
-    const bool quads = c.corner[0] != c.corner[1] && d.corner[0] != d.corner[1];
-    if (c.corner[0] == c.corner[1] && d.corner[0] == d.corner[1]) return add(0, turned, 1);
-    double crosswise = 1;
-    if (quads) {
-      double twist = 0, across = 0;
-      for (const int f : {c.face, d.face}) {
-        const double one = quotient(areas[f], std::sqrt(length2));
-        twist += one * twist_about(length2, one * one) / 2, across += one / 2;
-      }
-      crosswise = std::min(1.0, rounded_to_one(quotient(across * twist, length2)));
+      found.softness.push_back(quotient(count * both, squared_distance(X[from], X[to])));
     }
-    for (int k = 0; k < 2; ++k) add(k, k ^ turned, 0.5 * crosswise);
-    if (crosswise < 1)
-      for (int k = 0; k < 2; ++k) add(k, k ^ turned ^ 1, 0.5 * (1 - crosswise));
   });
+  for (const Quad& face : mesh.faces)
+    for (int k = 0; k < 2 && !is_triangle(face); ++k) {
+      const int from = face[k], to = face[k + 2];
+      found.list.push_back({from, to, face[k + 1], face[(k + 3) % 4]});
+      found.softness.push_back(quotient(squared_distance(X[from], X[to]), face_area(mesh, face)));
+    }
   return found;
 }
 

@@ -26,17 +26,17 @@ std::vector<double> edge_softness(const Mesh& mesh, const std::vector<Edge>& edg
 /// shear modulus times thickness, N/m.
 std::vector<double> shear_softness(const Mesh& mesh);
 
-/// Hinges {a, b, c, d}, as those of hinges(), at every side that two faces share. Each corner of a quad is the wing of
-/// a hinge of its own, so that no diagonal is preferred. The diagonals of quads do not bend. Between quads the wings
-/// are diagonally opposite corners, which resists twist; on cells that are not square, where that would exceed the
-/// twist of a plate, a part of the hinge has wings on the same side.
+/// Hinges {a, b, c, d}, as those of hinges(), at every side that two faces share, and at both diagonals of each quad.
+/// Each corner of a quad is the wing of a hinge of its own, so that no diagonal is preferred. At a side between quads
+/// both wings are on the same side, next to one end: these hinges do not resist twist, which those of the diagonals do.
+/// Wings that are diagonally opposite would resist it too, but not a checkerboard of lifts.
 struct PlateHinges {
   std::vector<std::array<int, 4>> list;
-  /// The area of both triangles / length^2, divided by the share of the side's bending that the hinge represents.
-  /// Rigidity is flexural, N m (Seung, Nelson 1988). A triangle whose corners are all pinned does not bend and does not
-  /// count, so that a clamp of two rows acts in the second. Grids of rectangles and equilateral triangles are
-  /// isotropic. Right-angled triangles whose diagonals are all parallel are not: they are up to three times as stiff
-  /// across them as along.
+  /// The area of both triangles / length^2, times the number of hinges at a side; of diagonals their length^2 over the
+  /// area of the quad. Rigidity is flexural, N m (Seung, Nelson 1988). A triangle at a side whose corners are all
+  /// pinned does not bend and does not count, so that a clamp of two rows acts in the second. Grids of rectangles and
+  /// equilateral triangles are isotropic. Right-angled triangles whose diagonals are all parallel are not: they are up
+  /// to three times as stiff across them as along.
   std::vector<double> softness;
   int non_manifold = 0;  // number of edges with more than two faces, which have no hinge
 };
