@@ -231,6 +231,51 @@ TEST(FilteredBending, OfStretchedAndSharplyFoldedSheetsHasTheEnergyOfChords) {
   }
 }
 
+/// The height to which a strip of 0.4 m bows whose clamped ends are pushed together by 0.1 m along the ground.
+double height_of_a_bow(const std::string& type, int substeps, BendingMethod bending) {
+  constexpr int cells = 48, across = 12;
+  constexpr double l = 0.4 / cells;
+  BodySpec strip;
+  strip.name = "strip", strip.shape = GridShape{{0.4, across * l}, {cells, across}}, strip.density = 0.15;
+  strip.transform.translate = {0, 0.0012, 0};
+  Pin moved = BoxPin{{-1, -1, -1}, {1.01 * l, 1, 1}};
+  moved.motion.resize(2);
+  moved.motion[1].time = 1, moved.motion[1].translate = {0.1, 0, 0};
+  strip.pins = {moved, BoxPin{{0.4 - 1.01 * l, -1, -1}, {1, 1, 1}}};
+  ConstraintSpec membrane;
+  membrane.type = "membrane", membrane.young_modulus = 2000, membrane.parameter = 0.3;
+  strip.constraints = {membrane, bending_of(type, 2e-4)};
+  Scene scene = scene_of({strip}, kEarth, 1.0 / 60, substeps, Precision::Float);
+  EnvironmentSpec ground;
+  ground.name = "ground", ground.shape = BoxShape{{4, 0.2, 4}, {1, 1, 1}}, ground.transform.translate = {0, -0.1, 0};
+  ground.thickness = 0.001, ground.friction = 0.3;
+  scene.environment = {ground};
+  scene.wind = Wind{};
+  scene.wind->drag = 0.3 * l * l;
+  scene.solver.bending = bending;
+  Simulation simulation(scene, {.threads = 1});
+  std::vector<Vec3> x = simulation.positions();
+  for (Vec3& at : x) at[1] += 0.004 * std::pow(std::sin(kPi * at[0] / 0.4), 2);  // so that it bows upwards
+  simulation.set_positions(x);
+  run_for(simulation, scene, 2.5);
+  double top = 0;
+  for (const Vec3& at : simulation.positions()) top = std::max(top, at[1]);
+  return top;
+}
+
+// A checkerboard of lifts shortens a strip as a bow does. Its hinges must resist it.
+TEST(FilteredBending, OfAStripThatIsPushedAlongTheGroundBowsAsAPlate) {
+  const double truth = height_of_a_bow("plate", 40, BendingMethod::Projected);
+  const double plate = height_of_a_bow("plate", 10, BendingMethod::Filtered);
+  std::printf("plate: %.4f m, with 40 substeps, projected, %.4f m\n", plate, truth);
+  for (const char* type : {"bending", "isometric_bending"}) {
+    const double height = height_of_a_bow(type, 10, BendingMethod::Filtered);
+    std::printf("%s: %.4f m\n", type, height);
+    EXPECT_NEAR(height / plate, 1, 0.02) << type;
+    EXPECT_NEAR(height / truth, 1, 0.1) << type << ": what is left is stretch";
+  }
+}
+
 struct BodyMomenta {
   Vec3 momentum, spin;
 };

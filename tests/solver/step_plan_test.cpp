@@ -204,6 +204,7 @@ TEST(StepPlan, OfShippedScenes) {
       {"pendulum", alone},
       {"ramp", rests},
       {"rotating_sphere", {"predict " + contacts, "solve_patches solve_contacts"}},
+      {"sailcloth", {"wind predict filter_bending iterate update_state", "solve_patches"}},
       {"sheet_no_shear", in_wind},
       {"sheet_shear", in_wind},
       {"soft_bunny", {"damp wind predict " + contacts, "solve_patches solve_contacts"}},
