@@ -35,7 +35,7 @@ struct FigureStrip {
     for (int i = 0; i < (stretched() ? 1 : 2) * (across + 1); ++i) rim.particles.push_back(i);
     body.pins = {rim};
     Scene in = scene_of({body}, stretched() ? Vec3{0, 0, 0.1} : Vec3{0, -0.1, 0}, 1.0 / 60, substeps);
-    in.solver.iterations = iterations;
+    in.solver.iterations = iterations, in.solver.bending = BendingMethod::Projected;
     in.wind = Wind{};
     in.wind->drag = 10 * mass / ((rows + 1) * (across + 1));
     return in;
