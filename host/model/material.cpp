@@ -47,7 +47,7 @@ double curvature_condition(const std::vector<Vec3>& points, const std::array<int
     const double up = v[j] / v[2], along = (u[j] - u[2] * up) / u[1];
     X[j] = {along + 0.5 * up, std::sqrt(0.75) * up, 0};
   }
-  Plate::folds_by_curvature(X, a, area);
+  Plate::folds_by_curvature(X, u, v, a, area);
   Eigen::Matrix3d matrix;
   for (int i = 0; i < 3; ++i) matrix.row(i) << a[i][0], a[i][1], a[i][2] / std::sqrt(2.0);
   return Eigen::JacobiSVD<Eigen::Matrix3d>(matrix).singularValues()[2] / std::sqrt(area);

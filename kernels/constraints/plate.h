@@ -1,10 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// plate: bending of an isotropic plate of rigidity D (N m) and Poisson's ratio nu on any triangles. A triangle and the
-// three about it carry one curvature tensor H: the quadratic height that folds their hinges by the same three angles
-// (the six-point fit of Grinspun, Gingold, Reisman, Zorin, "Computing discrete shape operators on general meshes",
-// 2006). Energy
-//   U = D A / 2 (|H|^2 + 2 nu det H) = D / 2 sum C_m^2,
-//   C = sqrt(A (1 + nu) / 2) (Hxx + Hyy), sqrt(A (1 - nu) / 2) (Hxx - Hyy), sqrt(A (1 - nu) / 2) 2 Hxy,
+// plate: bending of an isotropic plate of rigidity D (N m) and Poisson's ratio nu on any triangles. A triangle of area
+// A and the three about it, folded by the angles theta at its hinges, have two curvature tensors:
+//   H, of the quadratic height that folds them so (the six-point fit of Grinspun, Gingold, Reisman, Zorin, "Computing
+//     discrete shape operators on general meshes", 2006), and
+//   H' = sum_i 2 theta_i / (h_i + h'_i) n_i n_i^T, with the normals n of the sides and the heights h, h' of the corners
+//     over them: the integral about the triangle of the slopes, which are interpolated between its centroid and its
+//     neighbours' (as those of the rotation-free plate triangle of Onate, Cervera 1993).
+// H is exact where the curvature is constant. But the forces of a constant moment by H do not cancel at the particles
+// inside, so that a plate by |H|^2 gives way to a softer shape; those by H' do, but |H'|^2 is too stiff. The energy is
+// the product of both, which keeps the energy of a constant curvature and leaves the smaller part of such forces:
+//   U = D A / 2 ((1 - nu) H : H' + nu tr H tr H') = D / 2 sum C_m^2,  C = B (theta - theta0),
 // three constraints of compliance 1 / D in the angles, projected together. Angles are signed and relative to rest.
 #pragma once
 #include "kernels/constraints/bending.h"
@@ -19,7 +24,7 @@ struct Plate {
   static constexpr bool inequality = false;
   static constexpr Strength strength{false, "rigidity", "N m"};
   static constexpr Filtered filtered = Filtered::Stencil;
-  static constexpr int rest_values = 13;  // the three angles at rest, B with C = B (theta - theta0), and 1 / max step
+  static constexpr int rest_values = 13;  // the three angles at rest, B, and 1 / max step
   static constexpr int per_max_step = 12;
   static constexpr int multipliers = 3;
   static constexpr Parameter parameter{"poisson_ratio", 0, 0, true,
@@ -48,11 +53,11 @@ struct Plate {
     }
   }
 
-  /// The matrix of theta = a (Hxx, Hyy, Hxy) over the mesh unfolded about the triangle, m; `area` of the triangle, m^2.
+  /// The matrix of theta = a (Hxx, Hyy, Hxy) over the mesh unfolded about the triangle to u and v, m; `area` of the
+  /// triangle, m^2.
   template <class S>
-  KERNEL static void folds_by_curvature(const Vector3<S> (&X)[6], S (&a)[3][3], S& area) {
+  KERNEL static void folds_by_curvature(const Vector3<S> (&X)[6], S (&u)[6], S (&v)[6], S (&a)[3][3], S& area) {
     const S zero(0), half(0.5);
-    S u[6], v[6];
     unfold(X, u, v);
     const Vector3<S> n = cross(X[1] - X[0], X[2] - X[0]);
     area = sqrt(dot(n, n)) * half;
@@ -72,18 +77,22 @@ struct Plate {
   template <class S>
   KERNEL static void rest(const Vector3<S> (&X)[6], S nu, S (&rest)[rest_values]) {
     const S zero(0), one(1), half(0.5);
-    S a[3][3], area;
-    folds_by_curvature(X, a, area);
+    S u[6], v[6], a[3][3], area;
+    folds_by_curvature(X, u, v, a, area);
     const Vector3<S> row[3] = {{a[0][0], a[0][1], a[0][2]}, {a[1][0], a[1][1], a[1][2]}, {a[2][0], a[2][1], a[2][2]}};
     const Vector3<S> column[3] = {cross(row[1], row[2]), cross(row[2], row[0]), cross(row[0], row[1])};
     const S det = dot(row[0], column[0]), size = area * sqrt(area);
     const auto fits = (det * det > size * size * S(1e-12)) & (area > zero);
     const S per_det = one / select(fits, det, one);
     const S sum = sqrt(area * (one + nu) * half), difference = sqrt(area * (one - nu) * half);
+    S R[3][3];
+    factor_of_product(u, v, a, nu, fits, R);
     S smallest = zero;             // of the heights over the hinges
     for (int i = 0; i < 3; ++i) {  // H = a^-1 theta, whose columns are column[i] / det
       const Vector3<S> H = or_zero(fits, column[i] * per_det);
-      rest[3 + i] = sum * (H.x + H.y), rest[6 + i] = difference * (H.x - H.y), rest[9 + i] = difference * (H.z + H.z);
+      const S y[3] = {sum * (H.x + H.y), difference * (H.x - H.y), difference * (H.z + H.z)};
+      rest[3 + i] = R[0][0] * y[0] + R[0][1] * y[1] + R[0][2] * y[2];
+      rest[6 + i] = R[1][1] * y[1] + R[1][2] * y[2], rest[9 + i] = R[2][2] * y[2];
       Vector3<S> q[4], grad[4];
       S scale, none[1] = {zero};
       hinge(X, i, q);
@@ -223,6 +232,48 @@ struct Plate {
   };
 
  private:
+  /// R with R^T R = (G + G^T) / 2, where G turns H into H', both in the coordinates sqrt(A (1 + nu) / 2) (Hxx + Hyy),
+  /// sqrt(A (1 - nu) / 2) (Hxx - Hyy), sqrt(A (1 - nu) / 2) 2 Hxy, whose squares are twice the energy over D by H
+  /// alone.
+  template <class S, class Mask>
+  KERNEL static void factor_of_product(const S (&u)[6], const S (&v)[6], const S (&a)[3][3], S nu, const Mask& fits,
+                                       S (&R)[3][3]) {
+    // Of some triangles (1 to 4 % of Delaunay's, a fifth of those with diagonals at random) the curvatures are so
+    // different that their product could be negative. It is mixed with |H|^2 there, so that no curvature has less than
+    // this share of the energy by H alone.
+    constexpr double least = 0.2;
+    const S zero(0), one(1), half(0.5), ratio = sqrt((one - nu) / (one + nu));
+    S change[3][3] = {{-one, zero, zero}, {zero, -one, zero}, {zero, zero, -one}};  // (G + G^T) / 2 - 1
+    for (int i = 0; i < 3; ++i) {
+      const int from = (i + 1) % 3, to = (i + 2) % 3, wing = 3 + i;
+      const S x = v[to] - v[from], y = u[from] - u[to];  // l n
+      const S across = (u[wing] - u[i]) * x + (v[wing] - v[i]) * y, size = across * sqrt(x * x + y * y);
+      const S per = select(fits, S(2) / select(fits, size, one), zero);
+      const S weak[3] = {(x * x + y * y) * per, (x * x - y * y) * per * ratio, (x + x) * y * per * ratio};
+      const S fold[3] = {(a[i][0] + a[i][1]) * half, (a[i][0] - a[i][1]) * half / ratio, a[i][2] * half / ratio};
+      for (int m = 0; m < 3; ++m)
+        for (int k = 0; k < 3; ++k) change[m][k] = change[m][k] + (weak[m] * fold[k] + weak[k] * fold[m]) * half;
+    }
+    // The least eigenvalue of a symmetric matrix is at least its mean less sqrt(2/3) the norm of its deviator.
+    const S mean = (change[0][0] + change[1][1] + change[2][2]) * S(1.0 / 3);
+    S deviator2 = zero;
+    for (int m = 0; m < 3; ++m)
+      for (int k = 0; k < 3; ++k) {
+        const S of = m == k ? change[m][k] - mean : change[m][k];
+        deviator2 = deviator2 + of * of;
+      }
+    const S most(1 - least), loss = sqrt(deviator2 * S(2.0 / 3)) - mean, part = most / max(loss, most);
+    S Q[3][3];
+    for (int m = 0; m < 3; ++m)
+      for (int k = 0; k < 3; ++k) Q[m][k] = (m == k ? one : zero) + select(fits, change[m][k] * part, zero);
+    for (int m = 0; m < 3; ++m)
+      for (int k = 0; k < 3; ++k) {
+        R[m][k] = k < m ? zero : Q[m][k];
+        for (int j = 0; j < m && k >= m; ++j) R[m][k] = R[m][k] - R[j][m] * R[j][k];
+        R[m][k] = k < m ? zero : k == m ? sqrt(R[m][k]) : R[m][k] / R[m][m];
+      }
+  }
+
   /// The foot of a wing on an edge, as a part of the edge, and its height over it.
   template <class S>
   KERNEL static void over_edge(const Vector3<S>& from, const Vector3<S>& to, const Vector3<S>& wing, S& foot,

@@ -172,12 +172,16 @@ TEST(RigidityOfPlate, IsItsOwnOnGradedTrianglesInAllDirections) {
           listed_of_obj(irregular_obj(1, 1, 20, 20, diagonals == Diagonals::Alike ? 0 : 0.2, 3, 0, diagonals));
       for (Vec3& at : shape.points) at = {along_x(at[0]), 0, along_z(at[2])};
       const Model model = sheet_of_bending(shape, uneven_rigid("plate", 1));
+      double worst = 0;
       for (double angle = 0; angle < 3.1; angle += kPi / 6) {
         const double energy = energy_of_lifts(
             model, [&](double x, double z) { return std::pow(x * std::cos(angle) + z * std::sin(angle), 2) / 2; });
         // The rest of the error is at the boundary, where a few hinges and the triangles' neighbours stand in for them.
-        EXPECT_NEAR(energy / (along_x(1) * along_z(1) / 2), 1, 0.05) << name << ", " << int(diagonals) << ", " << angle;
+        const double off = std::abs(energy / (along_x(1) * along_z(1) / 2) - 1);
+        EXPECT_LT(off, 0.05) << name << ", " << int(diagonals) << ", " << angle;
+        worst = std::max(worst, off);
       }
+      std::printf("plate, %s: energy within %.1f %%\n", name, 100 * worst);
     }
 }
 
@@ -223,7 +227,8 @@ TEST(Clamp, LetsTrianglesThatAreLeftToRelaxSagTooFarAtAnyResolution) {
       std::printf("%s on %s: sags %.1f %% too far with 16 rows, %.1f %% with 32\n", type.c_str(), name, 100 * off[0],
                   100 * off[1]);
       EXPECT_GT(off[1], 0) << type << ", " << name;
-      EXPECT_LT(off[1], most) << type << ", " << name;
+      // The fit of curvatures alone would sag 6 to 11 % too far.
+      EXPECT_LT(off[1], type == "plate" ? 0.055 : most) << type << ", " << name;
     }
 }
 
