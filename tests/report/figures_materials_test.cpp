@@ -63,8 +63,7 @@ ConstraintSpec material_of_rigidity(const std::string& type, double rigidity, st
 
 constexpr double kFigureD = 1e-3, kFigureY = 2, kFigureCell = 0.2 / 9;  // N m, N/m, m
 
-// Formulas hold within a factor of two: those of stretch and of bending by hinges as they are, for others with the
-// factor that the page states.
+// The factors that the page states.
 TEST(Figures, DISABLED_SofteningOfStripsOfSquareCells) {
   ConstraintSpec membrane = stiff("membrane", {}, 1, 0.3);
   membrane.young_modulus = kFigureY;
@@ -83,11 +82,11 @@ TEST(Figures, DISABLED_SofteningOfStripsOfSquareCells) {
       EXPECT_LT(iterated, share / 4) << name;
     }
   };
-  row("stretch by distance", material_of_rigidity("distance", kFigureY, {"edges"}), 0.5, 2);
-  row("stretch by membrane", membrane, 0.5, 2);
-  row("bending", material_of_rigidity("bending", kFigureD), 0.5, 2);
-  row("isometric_bending", material_of_rigidity("isometric_bending", kFigureD), 0.5, 2);
-  row("plate", material_of_rigidity("plate", kFigureD), 1, 4);
+  row("stretch by distance", material_of_rigidity("distance", kFigureY, {"edges"}), 0.08, 0.5);
+  row("stretch by membrane", membrane, 0.07, 0.5);
+  row("bending", material_of_rigidity("bending", kFigureD), 0.4, 1.2);
+  row("isometric_bending", material_of_rigidity("isometric_bending", kFigureD), 0.4, 1.2);
+  row("plate", material_of_rigidity("plate", kFigureD), 1, 1.6);
 }
 
 // The same formula, of the cells' mean size.
@@ -109,8 +108,8 @@ TEST(Figures, DISABLED_SofteningOfStripsOfIrregularTriangles) {
     std::printf("%s: %.1f to %.1f times the formula of a grid, %.2f to %.2f of what the warning says\n", type, least,
                 most, least_estimated, most_estimated);
     EXPECT_LT(most, 20) << type << ": short heights count by their fourth power";
-    EXPECT_GT(least_estimated, 0.4) << type;
-    EXPECT_LT(most_estimated, 2.5) << type;
+    EXPECT_GT(least_estimated, 0.08) << type;
+    EXPECT_LT(most_estimated, 1) << type << ": the warning says more rather than less";
   }
 }
 
