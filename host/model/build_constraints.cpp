@@ -170,20 +170,30 @@ void soften_by_levers(ConstraintSet& set, double full, const std::vector<Vec3>& 
   set.particles = std::move(kept);
 }
 
-/// Softens stencils that are over 1,000 times as stiff at a corner as the median one. Those of triangles that are
-/// almost flat have unbounded weights, and would cost the filter the digits of all others in float.
-void limit_contrast(ConstraintSet& set, const std::vector<Vec3>& X) {
+/// Softens stencils whose stiffness k at a corner of mass m makes h^2 k / m larger than 1e5 in float, 1e12 in double,
+/// if they are also over 1,000 times as stiff as the median one. Those of triangles that are almost flat have unbounded
+/// weights, and would cost the filter the digits of all others.
+void limit_contrast(const Model& model, ConstraintSet& set) {
   constexpr double most_times = 1e3;
-  std::vector<double> stiffest;
+  const SolverSpec& solver = model.scene.solver;
+  const double h = solver.dt / solver.substeps, most = solver.precision == Precision::Float ? 1e5 : 1e12;
+  std::vector<double> stiffest, limit;
   with_stencil(set, [&]<class Kind, class Stencil>(Kind, Stencil) {
-    for (int c = 0; c < set.count(); ++c) stiffest.push_back(stencil_of<Kind>(set, c, X).stiffest());
+    for (int c = 0; c < set.count(); ++c) {
+      stiffest.push_back(stencil_of<Kind>(set, c, model.x).stiffest());
+      double w = 0;
+      for (int j = 0; j < Kind::particles; ++j)
+        w = std::max(w, model.w[set.particles[std::size_t(c) * Kind::particles + j]]);
+      limit.push_back(w > 0 ? most / (h * h * w) : std::numeric_limits<double>::infinity());
+    }
   });
-  const double limit = most_times * median(stiffest);
-  if (!(limit > 0)) return;
+  const double usual = most_times * median(stiffest);
+  if (!(usual > 0)) return;
   for (int c = 0; c < set.count(); ++c) {
-    if (stiffest[c] <= limit) continue;
+    const double allowed = std::max(usual, limit[c]);
+    if (stiffest[c] <= allowed) continue;
     if (set.softness.empty()) set.softness.assign(set.count(), 1);
-    set.softness[c] *= stiffest[c] / limit;
+    set.softness[c] *= stiffest[c] / allowed;
   }
 }
 
@@ -264,7 +274,8 @@ class ConstraintBuilder {
     if (solver.bending == BendingMethod::Filtered) return true;
     constexpr double tolerated = 0.03;
     const BendingStep step = bending_step(model_, set_of<Kind>(spec, all));
-    return step.softening > tolerated && step.turning <= kMostTurning;
+    return step.softening > tolerated && step.turning <= kMostTurning &&
+           (solver.precision == Precision::Double || step.s <= kMostInFloat);
   }
 
   template <class Kind>
@@ -334,7 +345,7 @@ class ConstraintBuilder {
     if (filtered) {
       ConstraintSet set = set_of<Kind>(spec, std::move(all));
       if (!(compliance.value_or(0) > 0)) soften_by_levers(set, solver.desbrun.spring_constant, model_.x);
-      if (solver.type == "pbd") limit_contrast(set, model_.x);
+      if (solver.type == "pbd") limit_contrast(model_, set);
       if (set.count() > 0) model_.stencils.push_back(std::move(set));
       return;
     }

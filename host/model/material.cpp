@@ -239,22 +239,22 @@ PlateHinges plate_hinges(const Mesh& mesh, const std::vector<bool>& pinned) {
   PlateHinges found;
   const auto& X = mesh.points;
   const auto sides = sorted_sides(X.size(), [&](auto add) { for_each_face_side(mesh.faces, add); });
-  for_each_edge(sides, [&](auto first, auto last) {
-    if (last - first > 2) ++found.non_manifold;
-    if (last - first != 2) return;
-    const int from = first->forward ? first->low : first->high, to = first->forward ? first->high : first->low;
-    const auto &c = wings[first[0].number], &d = wings[first[1].number];
-    // If both faces are oriented consistently, wings of different index in their faces are on the same side.
-    const int turned = first[0].forward == first[1].forward ? 0 : 1;
-    const int count = c[0] == c[1] && d[0] == d[1] ? 1 : 2;
-    for (int k = 0; k < count; ++k) {
+  for (const int k : {0, 1})
+    for_each_edge(sides, [&](auto first, auto last) {
+      if (last - first > 2 && k == 0) ++found.non_manifold;
+      if (last - first != 2) return;
+      const int from = first->forward ? first->low : first->high, to = first->forward ? first->high : first->low;
+      const auto &c = wings[first[0].number], &d = wings[first[1].number];
+      // If both faces are oriented consistently, wings of different index in their faces are on the same side.
+      const int turned = first[0].forward == first[1].forward ? 0 : 1;
+      const int count = c[0] == c[1] && d[0] == d[1] ? 1 : 2;
+      if (k >= count) return;
       const int wing_c = c[k], wing_d = d[k ^ turned];
       const double both = (is_fixed(pinned, from, to, wing_c) ? 0 : area(X[from], X[to], X[wing_c])) +
                           (is_fixed(pinned, from, to, wing_d) ? 0 : area(X[from], X[to], X[wing_d]));
       found.list.push_back({from, to, wing_c, wing_d});
       found.softness.push_back(quotient(count * both, squared_distance(X[from], X[to])));
-    }
-  });
+    });
   for (const Quad& face : mesh.faces)
     for (int k = 0; k < 2 && !is_triangle(face); ++k) {
       const int from = face[k], to = face[k + 2];

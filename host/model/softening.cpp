@@ -93,7 +93,8 @@ Softening worst_softening(const Model& model) {
 }
 
 BendingStep bending_step(const Model& model, const ConstraintSet& set) {
-  std::vector<double> shares, turning;
+  std::vector<double> all;
+  double turning2 = 0, share = 0;
   const SolverSpec& solver = model.scene.solver;
   const double h = solver.dt / solver.substeps, n = solver.iterations;
   with_kind(set.type, [&]<class Kind>(Kind) {
@@ -105,13 +106,12 @@ BendingStep bending_step(const Model& model, const ConstraintSet& set) {
           double rest[Kind::rest_values], fold = 0;
           rest_values<Kind>(model.x.data(), &set.particles[std::size_t(c) * Kind::particles], set.parameter, rest);
           for (int k = 0; k < folds<Kind>(); ++k) fold = std::max(fold, std::abs(rest[k]));
-          shares.push_back(s * share_of_s<Kind>() / (n * n)), turning.push_back(std::sqrt(s) * fold);
+          all.push_back(s), turning2 += s * fold * fold, share = share_of_s<Kind>();
         }
   });
-  if (shares.empty()) return {};
-  const auto nine_tenths = turning.begin() + static_cast<std::ptrdiff_t>(turning.size() * 9 / 10);
-  std::ranges::nth_element(turning, nine_tenths);
-  return {median(std::move(shares)), *nine_tenths};
+  if (all.empty()) return {};
+  const double turning = std::sqrt(turning2 / static_cast<double>(all.size())), s = median(std::move(all));
+  return {s, s * share / (n * n), turning};
 }
 
 }  // namespace malha

@@ -92,16 +92,21 @@ std::vector<std::string> warnings(const Model& model) {
                     "; take " + shown(std::ceil(solver.substeps * std::sqrt(soft.share / kAdvisedSoftening))) +
                     " substeps, or a softer material (scenes/README.md, materials)");
   if (scene.solver.type == "pbd")
-    for (const ConstraintSet& set : model.stencils)
-      if (const double turning = bending_step(model, set).turning; turning > kMostTurning) {
-        lines.push_back("body '" + scene.bodies[body_of(model, model.user_index[set.particles[0]])].name + "': its \"" +
-                        set.type +
-                        "\" is folded too sharply at rest for its stiffness, and filtered it may gain energy on "
-                        "impact; take \"bending\": \"auto\", or " +
-                        shown(std::ceil(solver.substeps * turning / kMostTurning)) +
+    for (const ConstraintSet& set : model.stencils) {
+      const BendingStep step = bending_step(model, set);
+      const std::string its = "body '" + scene.bodies[body_of(model, model.user_index[set.particles[0]])].name +
+                              "': its \"" + set.type + "\" is ";
+      if (step.turning > kMostTurning)
+        lines.push_back(its +
+                        "folded too sharply at rest for its stiffness, and filtered it may gain energy on impact; take "
+                        "\"bending\": \"auto\", or " +
+                        shown(std::ceil(solver.substeps * step.turning / kMostTurning)) +
                         " substeps (scenes/README.md, Filtered bending)");
-        break;
-      }
+      if (solver.precision == Precision::Float && step.s > kExactInFloat)
+        lines.push_back(its + "too stiff for a filter in float; take \"precision\": \"double\", or " +
+                        shown(std::ceil(solver.substeps * std::sqrt(step.s / kExactInFloat))) +
+                        " substeps (scenes/README.md, Filtered bending)");
+    }
   if (const HangingFold fold = sharpest_fold(model); fold.spacing > 0 && fold.edges() < kEdgesOfAFold)
     lines.push_back("body '" + scene.bodies[fold.body].name + "': next to its clamp or pins its weight bends it over " +
                     shown(two_digits(fold.length)) + " m, which spans " + shown(two_digits(fold.edges())) +
