@@ -9,6 +9,7 @@
 #include "host/model/model.h"
 #include "host/report/warnings.h"
 #include "host/solver/solver.h"
+#include "tests/constraints/sheet_statics.h"
 #include "tests/filter/clamped_strip.h"
 #include "tests/parallel/blocks_solvers.h"
 #include "tests/support.h"
@@ -42,6 +43,63 @@ TEST(BendingMethod, IsFilteredWhereProjectionsAreTooSoftAndFoldsDoNotTurnTooFast
   EXPECT_TRUE(std::ranges::any_of(warned, [](const auto& line) { return has(line, "gain energy"); }));
   shell.constraints[1] = bending_of("bending", 1);
   EXPECT_EQ(methods(shell, BendingMethod::Auto, 10).first, 1u);
+}
+
+// Folds along its edges, a twentieth of its hinges, would turn too fast in the filter: it would gain twice its energy.
+TEST(BendingMethod, OfAStiffBoxThatFallsAddsNoEnergy) {
+  BodySpec box;
+  box.name = "box", box.shape = BoxShape{{0.6, 0.6, 0.6}, {14, 14, 14}}, box.density = 0.3;
+  box.transform.translate = {0, 1.4, 0}, box.transform.axis = {1, 0.4, 0.2}, box.transform.degrees = 40;
+  box.constraints = {stiff("distance", {"edges", "shear"}), bending_of("bending", 1e4)};
+  Scene scene = scene_of({box}, kEarth, 1.0 / 60, 10);
+  EnvironmentSpec ground;
+  ground.name = "ground", ground.shape = BoxShape{{9, 1, 9}, {1, 1, 1}}, ground.transform.translate = {0, -0.5, 0};
+  scene.environment = {ground};
+  Simulation simulation(scene, {.threads = 1});
+  const auto energy = [&] { return simulation.measure().kinetic + simulation.measure().potential; };
+  const double start = energy();
+  double most = start;
+  for (int step = 0; step < 90; ++step) simulation.step(), most = std::max(most, energy());
+  EXPECT_LT(most, start + 1e-3 * std::abs(start));
+}
+
+// What rounding makes of a filter: the same sag as in double, or a warning.
+TEST(BendingMethod, InFloatIsThatOfDoubleOrSaysThatItIsTooStiff) {
+  for (const double D : {1.0, 1e2, 1e4, 1e5, 1e7, 1e9}) {
+    BodySpec strip = clamped_strip(16, D);
+    Scene scene = scene_of({strip}, kEarth, 1.0 / 60, 10, Precision::Float);
+    const auto lines = warnings(build_model(scene));
+    const bool is_warned = std::ranges::any_of(
+        lines, [](const std::string& line) { return has(line, "too stiff for a filter") || has(line, "deforms"); });
+    const Simulation in_float = after(scene, 0.5);
+    scene.solver.precision = Precision::Double;
+    const Simulation in_double = after(scene, 0.5);
+    const double off = length(in_float.positions().back() - in_double.positions().back());
+    EXPECT_TRUE(is_warned || off < 2e-3) << D << ": " << off;
+    EXPECT_EQ(is_warned, D > 1e4) << D;
+  }
+}
+
+// Cells that are 40 times as short as their neighbours keep their rigidity: a bend about their middle has its energy.
+TEST(BendingMethod, OfGradedCellsKeepsTheirRigidity) {
+  for (const char* type : {"bending", "isometric_bending"}) {
+    std::vector<double> z{0};
+    for (int i = 0; i < 30; ++i) z.push_back(z.back() + (10 <= i && i < 20 ? 0.025 / 40 : 0.025));
+    BodySpec strip;
+    strip.name = "strip", strip.density = 0.2, strip.constraints = {bending_of(type, 1e-4)};
+    strip.shape = quads_between({0, 0.025, 0.05}, z);
+    Scene scene = scene_of({strip}, kEarth, 1.0 / 60, 10, Precision::Float);
+    scene.solver.bending = BendingMethod::Filtered;
+    const Model model = build_model(scene);
+    const Model same = [&] {
+      scene.solver.bending = BendingMethod::Projected;
+      return build_model(scene);
+    }();
+    ASSERT_EQ(model.stencils.size(), 1u);
+    ASSERT_EQ(model.stencils[0].count(), same.sets[0].count());
+    for (int c = 0; c < model.stencils[0].count(); ++c)
+      EXPECT_NEAR(model.stencils[0].alpha(c) / same.sets[0].alpha(c), 1, 1e-12) << type << ", hinge " << c;
+  }
 }
 
 /// A scene in which filtered bodies have what a scene may have.
