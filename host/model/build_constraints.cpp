@@ -2,6 +2,7 @@
 #include "host/model/build_constraints.h"
 
 #include <algorithm>
+#include <limits>
 
 #include "host/base/median.h"
 #include "host/mesh/geodesic.h"

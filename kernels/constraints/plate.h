@@ -238,9 +238,9 @@ struct Plate {
   template <class S, class Mask>
   KERNEL static void factor_of_product(const S (&u)[6], const S (&v)[6], const S (&a)[3][3], S nu, const Mask& fits,
                                        S (&R)[3][3]) {
-    // Of some triangles (1 to 4 % of Delaunay's, a fifth of those with diagonals at random) the curvatures are so
-    // different that their product could be negative. It is mixed with |H|^2 there, so that no curvature has less than
-    // this share of the energy by H alone.
+    // Some triangles (1 to 4 % of Delaunay's, a fifth of those with diagonals at random) have so different curvatures
+    // that their product could be negative. It is mixed with |H|^2 there, so that no curvature has less than this share
+    // of the energy by H alone.
     constexpr double least = 0.2;
     const S zero(0), one(1), half(0.5), ratio = sqrt((one - nu) / (one + nu));
     S change[3][3] = {{-one, zero, zero}, {zero, -one, zero}, {zero, zero, -one}};  // (G + G^T) / 2 - 1

@@ -61,8 +61,8 @@ TEST(Plate, HasTheEnergyOfACylinderOnIrregularTrianglesInEveryDirection) {
       std::printf("plate: energy within %.1f %% at 17 x 17 particles, %.1f %% at 46 x 46\n", 100 * worst[0],
                   100 * worst[1]);
       EXPECT_LT(worst[1], 0.01) << int(diagonals) << ", " << off;
-      // What is left on fine irregular meshes is of badly shaped triangles, where the product of both curvatures is
-      // limited: of one in seven where diagonals do not follow the points.
+      // Badly shaped triangles, where the product of both curvatures is limited, leave the rest on fine irregular
+      // meshes: one in seven is limited where diagonals do not follow the points.
       EXPECT_LT(worst[1], (off > 0 ? 1 : 0.7) * worst[0] + 1e-3) << int(diagonals) << ", " << off;
     }
 }
@@ -134,7 +134,7 @@ TEST(Plate, SagsAsABeamDoesByBothMethods) {
     const std::string obj = irregular_obj(W, L, 6, 12, off, 7, 2, Diagonals::Delaunay);
     const Cantilever strip{MeshFile{folder.write("strip.obj", obj)}, W, L, 6, 12};
     const double by_pbd = sag_of(strip, plate(D), D, "pbd");
-    // Of this 3 % is the coarse clamp's; left alone, irregular triangles find some 2 % softer ways to bend.
+    // The coarse clamp sags 3 % too far; left alone, irregular triangles find some 2 % softer ways to bend.
     std::printf("plate left alone, points off by %.2f: sags %.1f %% too far\n", off, 100 * (by_pbd / sag - 1));
     EXPECT_NEAR(by_pbd / sag, 1, 0.07) << off;
     EXPECT_NEAR(sag_of(strip, plate(D), D, "desbrun") / by_pbd, 1, 0.02) << off;

@@ -139,7 +139,7 @@ TEST(RigidityOfHinges, OnRectanglesIsThatOfAPlateInAllDirections) {
     }
 }
 
-// Of lifts by 1 m that alternate, by differences: w_xx = 4 / a^2 wherever a side has two quads, and w_xz = 4 / (a b) in
+// Lifts by 1 m that alternate have differences w_xx = 4 / a^2 wherever a side has two quads, and w_xz = 4 / (a b) in
 // every quad.
 TEST(RigidityOfHinges, ResistsACheckerboardOfLiftsAsAPlate) {
   constexpr int n = 20;

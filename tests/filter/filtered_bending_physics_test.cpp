@@ -25,6 +25,14 @@ double drop_over_reach(double gamma) {
   return end.drop / end.reach;
 }
 
+/// A clamped strip with `cells` cells along, in air that brings it to rest in some seconds.
+Scene strip_in_air(const BodySpec& strip, int cells) {
+  Scene scene = scene_of({strip}, kEarth, 1.0 / 60, 10, Precision::Float);
+  scene.wind = Wind{};
+  scene.wind->drag = 3 * 0.1 * 0.25 / ((cells + 1) * (cells / 4 + 1));
+  return scene;
+}
+
 /// Its reach and drop at the end of `seconds`.
 double drop_over_reach_of(const Scene& scene, int cells, double seconds) {
   const Simulation end = after(scene, seconds);
@@ -49,9 +57,7 @@ TEST(FilteredBending, OfAClampedStripIsAHeavyElasticaAtEveryResolutionWithTenSub
   for (const double gamma : {0.1, 1.0, 10.0})
     for (const int cells : {24, 48, 96}) {
       const double length = 1 - 1.0 / cells, D = 0.1 * kG * std::pow(length, 3) / gamma;
-      Scene scene = scene_of({clamped_strip(cells, D)}, kEarth, 1.0 / 60, 10, Precision::Float);
-      scene.wind = Wind{};
-      scene.wind->drag = 3 * 0.1 * 0.25 / ((cells + 1) * (cells / 4 + 1));
+      Scene scene = strip_in_air(clamped_strip(cells, D), cells);
       const double found = drop_over_reach_of(scene, cells, 5), right = drop_over_reach(gamma);
       std::printf("Gamma %g, %d cells: %+.2f %%\n", gamma, cells, 100 * (found / right - 1));
       EXPECT_NEAR(found / right, 1, 0.03) << gamma << ", " << cells << " cells";
@@ -62,7 +68,7 @@ TEST(FilteredBending, OfAClampedStripIsAHeavyElasticaAtEveryResolutionWithTenSub
     }
 }
 
-/// The strip of irregular triangles, with `plate`.
+/// This strip has irregular triangles and `plate`.
 BodySpec clamped_irregular_strip(const TemporaryFolder& folder, int cells, double D) {
   BodySpec body = clamped_strip(cells, D, "plate");
   const std::string obj = irregular_obj(0.25, 1, cells / 4, cells, 0.25, 1, 2, Diagonals::Delaunay);
@@ -76,9 +82,7 @@ TEST(FilteredBending, OfAPlateOfIrregularTrianglesIsAHeavyElasticaToo) {
   for (const double gamma : {0.1, 1.0, 10.0})
     for (const int cells : {24, 48}) {
       const double D = 0.1 * kG * std::pow(1 - 1.0 / cells, 3) / gamma;
-      Scene scene = scene_of({clamped_irregular_strip(folder, cells, D)}, kEarth, 1.0 / 60, 10, Precision::Float);
-      scene.wind = Wind{};
-      scene.wind->drag = 3 * 0.1 * 0.25 / ((cells + 1) * (cells / 4 + 1));
+      const Scene scene = strip_in_air(clamped_irregular_strip(folder, cells, D), cells);
       const double off = drop_over_reach_of(scene, cells, 5) / drop_over_reach(gamma) - 1;
       std::printf("Gamma %g, %d irregular cells: %+.2f %%\n", gamma, cells, 100 * off);
       EXPECT_NEAR(off, 0, 0.05) << gamma << ", " << cells << " cells";
@@ -93,10 +97,8 @@ TEST(Figures, DISABLED_FilteredBending) {
       for (const int cells : {24, 48, 96, 192}) {
         const double length = 1 - 1.0 / cells, edges = cells / std::sqrt(gamma);
         const double D = 0.1 * kG * std::pow(length, 3) / gamma;
-        const BodySpec body = irregular ? clamped_irregular_strip(folder, cells, D) : clamped_strip(cells, D);
-        Scene scene = scene_of({body}, kEarth, 1.0 / 60, 10, Precision::Float);
-        scene.wind = Wind{};
-        scene.wind->drag = 3 * 0.1 * 0.25 / ((cells + 1) * (cells / 4 + 1));
+        Scene scene =
+            strip_in_air(irregular ? clamped_irregular_strip(folder, cells, D) : clamped_strip(cells, D), cells);
         std::printf("Gamma %g, %s, %d cells, %.1f edges a bending length:", gamma, irregular ? "irregular" : "grid",
                     cells, edges);
         for (const BendingMethod bending : {BendingMethod::Filtered, BendingMethod::Projected}) {
@@ -251,6 +253,13 @@ TEST(FilteredBending, OfStretchedAndSharplyFoldedSheetsHasTheEnergyOfChords) {
   }
 }
 
+EnvironmentSpec ground_to_bow_on(double thickness) {
+  EnvironmentSpec ground;
+  ground.name = "ground", ground.shape = BoxShape{{4, 0.2, 4}, {1, 1, 1}}, ground.transform.translate = {0, -0.1, 0};
+  ground.thickness = thickness, ground.friction = 0.3;
+  return ground;
+}
+
 /// The height to which a strip of 0.4 m bows whose clamped ends are pushed together by 0.1 m along the ground.
 double height_of_a_bow(const std::string& type, int substeps, BendingMethod bending) {
   constexpr int cells = 48, across = 12;
@@ -266,10 +275,7 @@ double height_of_a_bow(const std::string& type, int substeps, BendingMethod bend
   membrane.type = "membrane", membrane.young_modulus = 2000, membrane.parameter = 0.3;
   strip.constraints = {membrane, bending_of(type, 2e-4)};
   Scene scene = scene_of({strip}, kEarth, 1.0 / 60, substeps, Precision::Float);
-  EnvironmentSpec ground;
-  ground.name = "ground", ground.shape = BoxShape{{4, 0.2, 4}, {1, 1, 1}}, ground.transform.translate = {0, -0.1, 0};
-  ground.thickness = 0.001, ground.friction = 0.3;
-  scene.environment = {ground};
+  scene.environment = {ground_to_bow_on(0.001)};
   scene.wind = Wind{};
   scene.wind->drag = 0.3 * l * l;
   scene.solver.bending = bending;
@@ -306,10 +312,7 @@ TEST(Figures, DISABLED_OfAClothLetDownOnItsEdge) {
         cloth.transform.axis = {1, 0, 0}, cloth.transform.degrees = -85, cloth.transform.translate = {0, 0.012, 0};
         cloth.constraints = {stiff("distance", {"edges", "shear"}), bending_of("bending", 1e-4)};
         Scene scene = scene_of({cloth}, kEarth, 1.0 / 60, substeps, Precision::Float);
-        EnvironmentSpec ground;
-        ground.name = "ground", ground.shape = BoxShape{{4, 0.2, 4}, {1, 1, 1}};
-        ground.transform.translate = {0, -0.1, 0}, ground.thickness = 0.004, ground.friction = 0.3;
-        scene.environment = {ground};
+        scene.environment = {ground_to_bow_on(0.004)};
         scene.self_collision = SelfCollision{std::min(0.004, 0.17 / cells), 0.3, {}};
         scene.wind = Wind{};
         scene.wind->density = 1.2;
