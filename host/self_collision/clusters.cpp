@@ -119,11 +119,6 @@ ClusterPlan plan_clusters(const SelfSurface& surface, const std::vector<Vec3>& x
     for (int k = 0; k < 2; ++k) plan.end[k].push_back(at ? at->particle[k] : -1);
     plan.wire_edge.push_back(at && at->wire_edge);
   });
-  plan.level = {0}, plan.nodes = {plan.clusters};
-  while (plan.nodes.back() > kBranch) {
-    plan.level.push_back(plan.level.back() + (plan.nodes.back() + kBranch - 1) / kBranch * kBranch);
-    plan.nodes.push_back((plan.nodes.back() + kBranch - 1) / kBranch);
-  }
   return plan;
 }
 

@@ -14,7 +14,6 @@ struct ClusterPlan {
   std::vector<int> begin[kItemKinds];  // first item of each cluster, one more at the end
   std::vector<int> point, corner[3], end[2];
   std::vector<unsigned char> wire_edge;  // of each edge: 1 if it belongs to no triangle
-  std::vector<int> level, nodes;         // of the tree over the clusters: first node and number of nodes of each level
 };
 
 /// `x`: positions at the start, m.

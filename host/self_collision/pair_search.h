@@ -153,9 +153,8 @@ class PairSearch {
     wire_edge_ = Array<Executor, unsigned char>(plan.wire_edge);
     clusters_.wire_edge = wire_edge_.data();
     clusters_.has_wire_edges = std::ranges::find(plan.wire_edge, 1) != plan.wire_edge.end();
-    clusters_.node = rows(plan.level.back() + 2 * kBranch);
-    clusters_.levels = static_cast<int>(plan.nodes.size());
-    std::ranges::copy(plan.level, clusters_.level), std::ranges::copy(plan.nodes, clusters_.nodes);
+    lay_out_levels(clusters_.count, clusters_.tree);
+    clusters_.tree.node = rows(static_cast<std::size_t>(node_capacity(clusters_.tree)));
   }
 
   SweptBounds<R> swept_bounds() const { return {from_.data(), way_.data(), rest_.data()}; }
@@ -168,8 +167,8 @@ class PairSearch {
     parallel_for(executor_, particles_, ComputeSweptAabbs<R>{swept_bounds(), rules_.min_distance, boxes_.data()},
                  kGrain);
     parallel_for(executor_, clusters_.count, RefitLeaves<R>{clusters_, boxes_.data()}, kClusterGrain);
-    for (int level = 1; level < clusters_.levels; ++level)
-      parallel_for(executor_, clusters_.nodes[level], RefitLevel<R>{clusters_, level});
+    for (int level = 1; level < clusters_.tree.levels; ++level)
+      parallel_for(executor_, clusters_.tree.nodes[level], RefitLevel<R>{clusters_.tree, level});
     const int threads = std::clamp(clusters_.count / kClustersPerThread, 1, threads_of(executor_));
     do {
       index_memory_.reserve(particles_, threads, contacts.list_capacity());

@@ -112,7 +112,7 @@ struct FindCandidates {
 
     template <PairKind kind>
     KERNEL void find(int section, bool wire_edge) {
-      for_each_overlapping_cluster<Isa>(query.clusters, u, [&](int v) KERNEL_LAMBDA {
+      for_each_overlap<Isa>(query.clusters.tree, query.clusters.tree.node[u], [&](int v) KERNEL_LAMBDA {
         if (!query.owns(u, v)) return;
         const int passes = kind == PairKind::Face && v != u ? 2 : 1;
         for (int pass = 0; pass < passes; ++pass)

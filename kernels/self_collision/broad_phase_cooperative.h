@@ -62,7 +62,7 @@ struct FindCandidatesCooperatively {
   template <PairKind kind, class Group>
   KERNEL void find(const Group& group, SharedMemory& shared, int section, bool wire_edge) const {
     const int u = group.index;
-    for_each_overlapping_cluster<OneLane>(query.clusters, u, [&](int v) KERNEL_LAMBDA {
+    for_each_overlap<OneLane>(query.clusters.tree, query.clusters.tree.node[u], [&](int v) KERNEL_LAMBDA {
       if (!query.owns(u, v)) return;
       const int passes = kind == PairKind::Face && v != u ? 2 : 1;
       for (int pass = 0; pass < passes; ++pass)

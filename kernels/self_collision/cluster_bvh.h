@@ -4,50 +4,9 @@
 // refitted.
 #pragma once
 #include "kernels/geometry/closest_point.h"
-#include "kernels/geometry/simplex.h"
-#include "kernels/simd/rows.h"
+#include "kernels/geometry/wide_bvh.h"
 
 namespace malha {
-
-/// Children of a node, and items of a leaf: as many as one comparison tests.
-inline constexpr int kBranch = 16;
-
-/// Boxes in structure-of-arrays layout, one array for each bound.
-template <class R>
-struct BoxRows {
-  R* bound[6];  // low x, y, z, high x, y, z
-  KERNEL void set(int at, const Box<R>& b) const {
-    bound[0][at] = b.low.x, bound[1][at] = b.low.y, bound[2][at] = b.low.z;
-    bound[3][at] = b.high.x, bound[4][at] = b.high.y, bound[5][at] = b.high.z;
-  }
-  KERNEL Box<R> operator[](int at) const {
-    return {{bound[0][at], bound[1][at], bound[2][at], R(0)}, {bound[3][at], bound[4][at], bound[5][at], R(0)}};
-  }
-};
-
-template <class R>
-KERNEL Box<R> empty_box() {
-  const R far = R(INFINITY);
-  return {{far, far, far, R(0)}, {-far, -far, -far, R(0)}};
-}
-
-/// Mask of the boxes at .. at + count - 1 that overlap b; count <= kBranch. Reads kBranch boxes.
-template <class Isa, class R>
-KERNEL unsigned overlaps(const BoxRows<R>& rows, int at, int count, const Box<R>& b) {
-  using S = Lane<R, Isa>;
-  constexpr int lanes = kLanes<R, Isa>;
-  const R own[6] = {b.low.x, b.low.y, b.low.z, b.high.x, b.high.y, b.high.z};
-  unsigned bits = 0;
-  for (int k = 0; k < kBranch; k += lanes) {
-    const auto overlaps_on = [&](int axis) KERNEL_LAMBDA {
-      S low, high;
-      load(rows.bound[axis] + at + k, low), load(rows.bound[3 + axis] + at + k, high);
-      return (low <= S(own[3 + axis])) & (S(own[axis]) <= high);
-    };
-    bits |= movemask(overlaps_on(0) & overlaps_on(1) & overlaps_on(2)) << k;
-  }
-  return count < kBranch ? bits & ((1u << count) - 1) : bits;
-}
 
 /// Kinds of items of a cluster.
 enum ClusterItems { kPoints, kTriangles, kEdges, kItemKinds };
@@ -56,7 +15,6 @@ enum ClusterItems { kPoints, kTriangles, kEdges, kItemKinds };
 /// items (particle < 0). Particle indices are multiplied by kIndexScale.
 template <class R>
 struct ClusterBvh {
-  static constexpr int kMaxLevels = 9;
   int count, has_wire_edges;     // clusters; whether any edge belongs to no triangle
   const int* begin[kItemKinds];  // first item of each cluster, one more at the end
   const int* point;
@@ -64,9 +22,7 @@ struct ClusterBvh {
   const int* end[2];
   const unsigned char* wire_edge;  // of each edge: 1 if it belongs to no triangle
   BoxRows<R> item[kItemKinds], leaf[kItemKinds];
-  BoxRows<R> node;                // clusters first, then level by level, up to a level of at most kBranch
-  int level[kMaxLevels + 1];      // first node of each level, multiples of kBranch
-  int nodes[kMaxLevels], levels;  // number of nodes of each level
+  WideBvh<R> tree;  // over the clusters
 };
 
 /// Refits the boxes of a cluster: its items, its leaves, and its own.
@@ -87,7 +43,7 @@ struct RefitLeaves {
         clusters.leaf[kind].set(first / kBranch, leaf);
         whole_box = merge(whole_box, leaf);
       }
-    clusters.node.set(u, whole_box);
+    clusters.tree.node.set(u, whole_box);
   }
 
  private:
@@ -101,54 +57,13 @@ struct RefitLeaves {
   }
 };
 
-/// Refits the boxes of a level, each around kBranch nodes of the level below.
-template <class R>
-struct RefitLevel {
-  ClusterBvh<R> clusters;
-  int level;
-  KERNEL void operator()(int k) const {
-    const int first = k * kBranch, below = clusters.nodes[level - 1];
-    Box<R> box = empty_box<R>();
-    for (int i = first; i < first + kBranch && i < below; ++i)
-      box = merge(box, clusters.node[clusters.level[level - 1] + i]);
-    clusters.node.set(clusters.level[level] + k, box);
-  }
-};
-
-/// Calls found(v) for every cluster whose box overlaps that of cluster u.
-template <class Isa, class R, class Found>
-KERNEL void for_each_overlapping_cluster(const ClusterBvh<R>& clusters, int u, const Found& found) {
-  const Box<R> b = clusters.node[u];
-  int first[ClusterBvh<R>::kMaxLevels];
-  unsigned bits[ClusterBvh<R>::kMaxLevels];
-  const auto test_children = [&](int level, int at) KERNEL_LAMBDA {
-    first[level] = at;
-    bits[level] = overlaps<Isa>(clusters.node, clusters.level[level] + at,
-                                clusters.nodes[level] - at < kBranch ? clusters.nodes[level] - at : kBranch, b);
-  };
-  int level = clusters.levels - 1;
-  test_children(level, 0);
-  for (;;) {
-    if (bits[level] == 0) {
-      if (++level == clusters.levels) return;
-      continue;
-    }
-    const int node = first[level] + lowest_bit(bits[level]);
-    bits[level] &= bits[level] - 1;
-    if (level == 0)
-      found(node);
-    else
-      test_children(--level, node * kBranch);
-  }
-}
-
 /// Calls found(i, first, bits) for the items i of cluster u (of kind of_u) whose boxes overlap those of items first + k
 /// of cluster v (of kind of_v), for each bit k. Within one cluster and kind only later items are reported.
 template <class Isa, class R, class Found>
 KERNEL void for_each_overlapping_pair(const ClusterBvh<R>& clusters, int u, int of_u, int v, int of_v,
                                       const Found& found) {
   const BoxRows<R>&own = clusters.leaf[of_u], &other = clusters.leaf[of_v];
-  const Box<R> whole_box = clusters.node[v];
+  const Box<R> whole_box = clusters.tree.node[v];
   const int begin = clusters.begin[of_v][v] / kBranch, end = clusters.begin[of_v][v + 1] / kBranch;
   const bool alike = u == v && of_u == of_v;
   for (int a = clusters.begin[of_u][u] / kBranch; a < clusters.begin[of_u][u + 1] / kBranch; ++a) {
