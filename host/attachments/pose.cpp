@@ -41,6 +41,14 @@ Pose pose_at(const std::vector<Keyframe>& motion, double time) {
   return pose;
 }
 
+Keyframe keyframe_at(const std::vector<Keyframe>& motion, double time) {
+  const Pose pose = pose_at(motion, time);
+  const Eigen::AngleAxisd turned(
+      Eigen::Matrix3d(Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(pose.r)));
+  const Eigen::Vector3d& axis = turned.axis();
+  return {time, {pose.t.x, pose.t.y, pose.t.z}, {axis[0], axis[1], axis[2]}, turned.angle() * 180 / std::numbers::pi};
+}
+
 Pose from_to(const Pose& before, const Pose& after) {
   Pose motion;
   for (int row = 0; row < 3; ++row)

@@ -12,6 +12,9 @@ namespace malha {
 /// otherwise by the shortest slerp. Before the first and after the last keyframe the mesh rests. No keyframe: identity.
 Pose pose_at(const std::vector<Keyframe>& motion, double time);
 
+/// The keyframe at a time (s) of a motion, which poses the mesh as pose_at() does.
+Keyframe keyframe_at(const std::vector<Keyframe>& motion, double time);
+
 /// The motion from the world to the world that takes the pose `before` to `after`.
 Pose from_to(const Pose& before, const Pose& after);
 

@@ -25,6 +25,7 @@
 #include <vector>
 
 #include "host/base/point_array.h"
+#include "host/environment/deforming_collider.h"
 #include "host/environment/mesh_collider.h"
 
 namespace malha {
@@ -43,8 +44,9 @@ template <class Executor, class R>
 class EnvironmentColliders {
  public:
   EnvironmentColliders(const Executor& executor, const Model& model) : executor_(executor) {
-    if (!model.environment.empty()) meshes_.emplace(executor, model);
-    count_ = int(meshes_.has_value());
+    if (!std::ranges::all_of(model.environment, deforms)) meshes_.emplace(executor, model);
+    if (std::ranges::any_of(model.environment, deforms)) deforming_.emplace(executor, model);
+    count_ = int(meshes_.has_value()) + int(deforming_.has_value());
   }
 
   /// Detects the contacts of the paths from x to p, while the objects move from their poses at `start` to those at
@@ -147,7 +149,15 @@ class EnvironmentColliders {
     return sum;
   }
 
-  // What only meshes have.
+  // What only deforming meshes have; 0 and empty without.
+  double fastest_vertex() const { return deforming_ ? deforming_->fastest_vertex() : 0; }
+  int most_pinched() const { return deforming_ ? deforming_->most_pinched() : 0; }
+  std::vector<float> overlaps() const { return deforming_ ? deforming_->overlaps() : std::vector<float>{}; }
+  void restore_overlaps(const std::vector<float>& all) {
+    if (deforming_) deforming_->restore_overlaps(all);
+  }
+
+  // What only rigid meshes have.
   std::optional<ContactStats> facts() const { return meshes_ ? std::optional(meshes_->facts()) : std::nullopt; }
   /// Number of triangles of each mesh.
   std::vector<int> triangles() const { return meshes_ ? meshes_->triangles() : std::vector<int>{}; }
@@ -170,10 +180,12 @@ class EnvironmentColliders {
   template <class Work>
   void for_each(const Work& work) {
     if (meshes_) work(*meshes_);
+    if (deforming_) work(*deforming_);
   }
   template <class Work>
   void for_each(const Work& work) const {
     if (meshes_) work(*meshes_);
+    if (deforming_) work(*deforming_);
   }
   template <class Test>
   bool any_of(const Test& test) const {
@@ -212,6 +224,7 @@ class EnvironmentColliders {
 
   Executor executor_;
   std::optional<MeshCollider<Executor, R>> meshes_;
+  std::optional<DeformingCollider<Executor, R>> deforming_;
   int count_ = 0;                                // number of colliders
   PointArray<Executor, R> saved_displacements_;  // of particles that several colliders push
 };

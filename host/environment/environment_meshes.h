@@ -8,6 +8,7 @@
 
 #include "host/base/array.h"
 #include "host/environment/host_query_staging.h"
+#include "host/environment/object_motion.h"
 #include "host/environment/proximity_cache.h"
 #include "host/model/model.h"
 
@@ -21,14 +22,15 @@ class EnvironmentMeshes {
     Object(const Device& device, const EnvironmentMesh& mesh, std::size_t particles)
         : index(device, mesh.mesh), spec(mesh.spec), cache(particles) {}
     ClosestPointIndex index;
-    EnvironmentSpec spec;
+    const EnvironmentSpec& spec;  // of the model, whose motion the program may change
     ProximityCache<Executor, R> cache;
   };
   std::deque<Object> objects;
 
   EnvironmentMeshes(const Executor& executor, const Model& model)
       : executor_(executor), staging_(executor), group_count_(static_cast<int>(groups_of(model.x.size()))) {
-    for (const EnvironmentMesh& mesh : model.environment) objects.emplace_back(device_, mesh, model.x.size());
+    for (const EnvironmentMesh& mesh : model.environment)
+      if (!deforms(mesh)) objects.emplace_back(device_, mesh, model.x.size());
     const std::size_t masks = kOnHost ? 1 : objects.size();
     bits_ = Array<Executor, unsigned long long>(masks * static_cast<std::size_t>(group_count_), 0ull);
     if (kOnHost) return;

@@ -7,6 +7,7 @@
 
 #include "host/environment/closest_point_index.h"
 #include "host/environment/contact_query.h"
+#include "kernels/environment/deforming_contact.h"
 #include "kernels/environment/point_triangle_batch.h"
 
 namespace malha {
@@ -162,14 +163,6 @@ struct FindContact : ContactQuery<R> {
     Query of[kGroupSize];
     HOST_KERNEL Queries() {}
   };
-};
-
-struct Deepest {
-  double depth = 0;  // m
-  HOST_KERNEL Deepest& operator+=(const Deepest& o) {
-    depth = std::max(depth, o.depth);
-    return *this;
-  }
 };
 
 /// Depth of a particle inside a solid, behind a one-sided sheet (but not beyond its boundary), or beyond a two-sided

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "host/attachments/pose.h"
+#include "host/environment/object_motion.h"
 #include "host/mesh/bounding_box.h"
 #include "host/model/model.h"
 #include "kernels/forces/sleep.h"
@@ -16,6 +17,7 @@ namespace malha {
 
 /// Bounding sphere of a moving environment object.
 struct Mover {
+  const EnvironmentMesh* deforming;  // null: it moves rigidly
   std::vector<Keyframe> motion;
   Vector3<double> centre;  // in the mesh's frame, m
   double radius, reach;    // of the sphere; range of its contacts beyond the surface (m)
@@ -24,16 +26,17 @@ struct Mover {
 inline std::vector<Mover> movers_of(const Model& model) {
   std::vector<Mover> movers;
   for (const EnvironmentMesh& object : model.environment) {
-    if (object.spec.motion.empty()) continue;
+    if (!moves(object)) continue;
     const auto [low, high] = bounds_of(object.mesh.points);
     const Vector3<double> a{low[0], low[1], low[2]}, b{high[0], high[1], high[2]};
-    movers.push_back({object.spec.motion, (a + b) * 0.5, norm(b - a) / 2, 2 * object.spec.thickness});
+    movers.push_back({deforms(object) ? &object : nullptr, object.spec.motion, (a + b) * 0.5, norm(b - a) / 2,
+                      2 * object.spec.thickness});
   }
   const auto add_everywhere = [&](const auto& sets) {  // pins and attachments act wherever the box is
-    for (const auto& set : sets) movers.push_back({set.target.motion, {0, 0, 0}, INFINITY, 0});
+    for (const auto& set : sets)
+      if (!set.target.motion.empty()) movers.push_back({nullptr, set.target.motion, {0, 0, 0}, INFINITY, 0});
   };
   add_everywhere(model.moved), add_everywhere(model.attached);
-  std::erase_if(movers, [](const Mover& mover) { return mover.motion.empty(); });
   return movers;
 }
 
@@ -54,6 +57,7 @@ inline bool same(const Pose& a, const Pose& b) {
 
 /// Tells whether an object moves within its range of the box between two times (s).
 inline bool moves_near(const Mover& mover, const Bounds& box, double start, double end) {
+  if (mover.deforming) return points_at(*mover.deforming, start) != points_at(*mover.deforming, end);
   const Pose before = pose_at(mover.motion, start), after = pose_at(mover.motion, end);
   if (same(before, after)) return false;
   const Vector3<double> a = to_world(before, mover.centre), b = to_world(after, mover.centre);
@@ -84,6 +88,8 @@ class Sleeper {
   /// The step after which it fell asleep; -1: awake.
   std::int64_t since() const { return since_; }
   void wake() { calm_ = 0, since_ = -1; }
+  /// Must be called after the motion of an object has changed.
+  void change_environment(const Model& model) { movers_ = movers_of(model); }
 
   /// Tells whether the scene sleeps through the step from `start` to `end` (s). Objects that move nearby wake it.
   bool sleeps_through(const Particles<R>& particles, double start, double end) {

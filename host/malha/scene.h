@@ -83,6 +83,13 @@ inline bool is_loose(const Shape& shape) {
   return std::holds_alternative<LatticeShape>(shape) || (data && data->loose());
 }
 
+/// A rigid motion: a rotation about the origin, then a translation.
+struct RigidPose {
+  Vec3 translate{0, 0, 0};  ///< m
+  Vec3 axis{0, 1, 0};       ///< direction of the rotation axis; any length except zero
+  double degrees = 0;
+};
+
 /// A pose at a time. Between keyframes the translation is interpolated linearly, the rotation spherically.
 struct Keyframe {
   double time = 0;  ///< s
@@ -184,6 +191,11 @@ struct BodySpec {
 /// both.
 enum class Sides { Solid, OneSided, TwoSided };
 
+/// Motion of the vertices of an environment object.
+struct AnimationSpec {
+  bool from_code = false;
+};
+
 struct EnvironmentSpec {
   std::string name;
   Shape shape;  ///< with faces
@@ -195,7 +207,8 @@ struct EnvironmentSpec {
   double friction = 0;     ///< Coulomb's mu, >= 0
   double restitution = 0;  ///< [0, 1]
   bool edges = false;      ///< detects contacts of its edges and corners too, not only of its faces with particles
-  std::vector<Keyframe> motion;  ///< empty: the object is at rest
+  std::vector<Keyframe> motion;              ///< empty: the object is at rest
+  std::optional<AnimationSpec> animation{};  ///< of its vertices, which `motion` moves as a whole; none: it is rigid
 };
 
 /// Air, which may move. `drag` acts on particles, `density` on faces; a scene has one of them or both.

@@ -102,6 +102,19 @@ class Simulation {
   /// for a scene without wind, and for numbers that are not finite or beyond 1e18.
   void set_wind(const Vec3& velocity);
 
+  /// Moves an object of the environment, by its name: during the next step it moves from where it is to `pose`, where
+  /// it rests until the next call. This replaces its "motion". Between, the translation is linear and the rotation
+  /// takes the shortest way. Checkpoints do not contain it: set it again after resuming, and again for the next step.
+  /// Throws InputError for an unknown object, an axis of length zero, and numbers that are not finite or beyond 1e18.
+  void set_pose(const std::string& object, const RigidPose& pose);
+
+  /// Moves the vertices of an object whose "animation" is "from_code": during the next step each moves straight from
+  /// where it is to its position (m, in the object's frame, which set_pose() moves), where it rests until the next call.
+  /// One position for each vertex of the object's shape, in the numbering of its file. Checkpoints do not contain them,
+  /// as poses. Throws InputError for an unknown object or one without that animation, for another number of positions,
+  /// and for numbers that are not finite or beyond 1e18.
+  void set_vertices(const std::string& object, const std::vector<Vec3>& positions);
+
   /// The particles that are pinned permanently and at rest, as indices into positions(), ascending. Pins with keyframes
   /// and pins with a release time are not among them.
   std::vector<int> pins() const;

@@ -81,7 +81,7 @@ EnvironmentMesh load_environment(const Scene& scene, std::size_t e, int& zero_ar
   if (spec.sides == Sides::Solid)
     require_closed(mesh.mesh, file,
                    "a solid needs a closed mesh (object '" + spec.name + "'; for a sheet: \"sides\": \"two_sided\")");
-  mesh.mesh.vertices = {};  // no later message names them
+  if (!spec.animation) mesh.mesh.vertices = {};  // no later message names them
   return mesh;
 }
 

@@ -2,6 +2,7 @@
 // The model of a scene: particles in the solver's order, constraints, boundary conditions and patches, independent of
 // precision and executor.
 #pragma once
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -10,6 +11,8 @@
 #include "malha/scene.h"
 
 namespace malha {
+
+class Animation;
 
 /// Constraints of one kind with the same parameters, of all bodies that have them.
 struct ConstraintSet {
@@ -83,9 +86,17 @@ struct RenderMesh {
   std::vector<FileVertices> vertices;       // of each body, before any tear
 };
 
+/// Vertices of an object that the program sets: they move from one place to the next in a step, and rest otherwise.
+struct SetVertices {
+  std::vector<Vec3> from, to;  // m, in the object's frame; empty: none were set yet
+  double start = 0, end = 0;   // s
+};
+
 struct EnvironmentMesh {
   EnvironmentSpec spec;
-  Mesh mesh;  // after the transform of the spec
+  Mesh mesh;                                     // after the transform of the spec; of an animation at time 0
+  std::shared_ptr<const Animation> animation{};  // null: none, or from code
+  SetVertices set{};                             // of an animation from code
 };
 
 /// Duration of the parts of build_model(), s.

@@ -6,13 +6,17 @@
 #include <cstring>
 #include <optional>
 
+#include "host/attachments/pose.h"
 #include "host/base/adaptive_thread_count.h"
 #include "host/base/hash.h"
+#include "host/base/spelling_suggestion.h"
 #include "host/base/start_threads.h"
 #include "host/environment/edge_crossings.h"
 #include "host/environment/initial_overlap.h"
+#include "host/environment/object_motion.h"
 #include "host/environment/solid_crossings.h"
 #include "host/mesh/vectors.h"
+#include "host/mesh/weld.h"
 #include "host/model/machine.h"
 #include "host/model/memory_estimate.h"
 #include "host/model/tear.h"
@@ -103,6 +107,17 @@ struct Simulation::Parts {
     if (!pins_at_start) return hash_of_scene();
     const std::vector<int> now = static_pins(model());
     return now == *pins_at_start ? hash_of_scene() : hash_bytes(now.data(), now.size() * sizeof(int), hash_of_scene());
+  }
+
+  /// The environment object of this name. `call`: that asks for it, for messages.
+  EnvironmentMesh& object_named(const std::string& name, const char* call) const {
+    std::vector<std::string> names;
+    for (EnvironmentMesh& object : model().environment) {
+      if (object.spec.name == name) return object;
+      names.push_back(object.spec.name);
+    }
+    refuse(call, "", "unknown environment object '" + name + "'" + did_you_mean(name, names),
+           names.empty() ? "one of the scene's environment, which has none" : join(names));
   }
 
   /// Reads the meshes of a scene, and lays them out as they start.
@@ -329,6 +344,33 @@ void Simulation::set_wind(const Vec3& velocity) {
   parts_->hash_of_scene();
   scene.wind->velocity = velocity;
   parts_->solver().change_wind();
+}
+
+void Simulation::set_pose(const std::string& object, const RigidPose& pose) {
+  require_numbers("set_pose", {pose.translate, pose.axis, {pose.degrees, 0, 0}}, 3, "one pose");
+  if (!(norm(pose.axis) > 0)) refuse("set_pose", "", "an axis of length zero", "a direction");
+  EnvironmentMesh& moved = parts_->object_named(object, "set_pose");
+  parts_->hash_of_scene();
+  const double now = time(), end = now + parts_->model().scene.solver.dt;
+  std::vector<Keyframe>& motion = moved.spec.motion;
+  motion = {keyframe_at(motion, now), {end, pose.translate, pose.axis, pose.degrees}};
+  // About one axis the number of turns counts: the nearest one is the shortest way.
+  motion[1].degrees += 360 * std::round((motion[0].degrees - pose.degrees) / 360);
+  parts_->solver().change_environment();
+}
+void Simulation::set_vertices(const std::string& object, const std::vector<Vec3>& positions) {
+  EnvironmentMesh& moved = parts_->object_named(object, "set_vertices");
+  if (!moved.spec.animation || !moved.spec.animation->from_code)
+    refuse("set_vertices", "", "the object '" + object + "', whose vertices the scene moves",
+           "one with \"animation\": \"from_code\"");
+  const std::vector<int> point = points_of_vertices(moved.mesh.vertices, static_cast<int>(moved.mesh.points.size()));
+  require_numbers("set_vertices", positions, point.size(), "one a vertex of the object");
+  const double now = time();
+  SetVertices next{points_in_frame(moved, now), moved.mesh.points, now, now + parts_->model().scene.solver.dt};
+  for (std::size_t v = 0; v < point.size(); ++v)
+    if (point[v] >= 0) next.to[static_cast<std::size_t>(point[v])] = positions[v];
+  moved.set = std::move(next);
+  parts_->solver().change_environment();
 }
 
 std::vector<int> Simulation::pins() const { return static_pins(parts_->model()); }

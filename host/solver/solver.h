@@ -66,6 +66,8 @@ class Solver {
   virtual void change_gravity() = 0;
   /// Must be called after the velocity of the model's wind, which it has, has changed.
   virtual void change_wind() = 0;
+  /// Must be called after the motion or the vertices of an environment object have changed.
+  virtual void change_environment() = 0;
   /// Adds user constraints (user indices), once, before the first step.
   virtual void add_user_constraints(const std::vector<UserConstraint>& all) = 0;
   /// C of each constraint of one of those sets.

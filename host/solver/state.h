@@ -32,6 +32,7 @@ struct State {
   std::vector<std::int64_t> rest{};     // of sleep; empty without it
   SelfMemory<R> self{};                 // empty without self-collision
   EdgeMemory<R> edges{};                // empty without edges of the environment
+  std::vector<float> overlaps{};        // that particles may keep at deforming meshes, m; empty without those
   std::vector<std::array<R, 3>> low{};  // positions less x, of compensated types
 };
 
@@ -76,7 +77,8 @@ template <class R, class Contacts>
 std::string save_state(const State<R>& state, const Contacts& contacts) {
   std::string bytes;
   const auto of_all = [&](const auto& take) {
-    take(state.rest), SelfMemory<R>::for_each_list(state.self, take), EdgeMemory<R>::for_each_list(state.edges, take);
+    take(state.rest), take(state.overlaps), SelfMemory<R>::for_each_list(state.self, take),
+        EdgeMemory<R>::for_each_list(state.edges, take);
   };
   std::size_t most = 3 * sizeof state.steps + (2 * state.x.size() + state.low.size()) * sizeof state.x[0];
   most += contacts.box_count() * sizeof(GroupBox) + contacts.max_entries() * sizeof(CacheEntry) +
@@ -97,9 +99,9 @@ std::string save_state(const State<R>& state) {
   return save_state(state, state.proximity);
 }
 
-/// Sizes of a state; `meshes`: number of environment meshes.
+/// Sizes of a state; `meshes`: number of environment meshes that are rigid, `deforming`: of those that are not.
 struct StateSizes {
-  std::size_t particles = 0, meshes = 0, rest = 0, searched = 0, edge_groups = 0;
+  std::size_t particles = 0, meshes = 0, deforming = 0, rest = 0, searched = 0, edge_groups = 0;
 };
 
 namespace detail {
@@ -151,6 +153,8 @@ void check_state(const State<R>& state, const std::vector<int>& triangles, std::
   check_numbers(state.x, "positions", file, most_m), check_numbers(state.v, "velocities", file, most_m);
   check_numbers(state.low, "remainders of positions", file, most_m);
   check(state.self, file), check(state.edges, file);
+  for (const float overlap : state.overlaps)
+    if (!std::isfinite(overlap)) refuse(file, "overlaps", shown(overlap), "finite numbers");
   if (!state.rest.empty()) {
     const std::int64_t calm = state.rest[0], since = state.rest[1];
     if (calm < 0 || calm > state.steps || since < -1 || since > state.steps)
@@ -193,7 +197,8 @@ State<R> load_state(const std::string& bytes, const StateSizes& sizes, const std
       places += count_entries(state.proximity.boxes.data() + mesh * words, sizes.particles);
   }
   std::size_t expected = counts_at + two + box_count * sizeof(GroupBox) + places * sizeof(CacheEntry) +
-                         near * sizeof(PairRecord) + sizes.rest * sizeof(std::int64_t);
+                         near * sizeof(PairRecord) + sizes.rest * sizeof(std::int64_t) +
+                         sizes.deforming * sizes.particles * sizeof(float);
   const auto add = [&](const auto& list) { expected += list.size() * sizeof list[0]; };
   SelfMemory<R>::for_each_list(state.self, add), EdgeMemory<R>::for_each_list(state.edges, add);
   if (bytes.size() != expected)
@@ -208,6 +213,7 @@ State<R> load_state(const std::string& bytes, const StateSizes& sizes, const std
   from = detail::take(from, places, state.proximity.entries);
   from = detail::take(from, near, state.proximity.near);
   from = detail::take(from, sizes.rest, state.rest);
+  from = detail::take(from, sizes.deforming * sizes.particles, state.overlaps);
   const auto take = [&](auto& list) { from = detail::take(from, list.size(), list); };
   SelfMemory<R>::for_each_list(state.self, take), EdgeMemory<R>::for_each_list(state.edges, take);
   detail::check_state(state, triangles, static_cast<std::int64_t>(sizes.meshes), file);
@@ -262,6 +268,8 @@ State<R> remapped(const State<R>& before, const std::vector<int>& from) {
   if (!before.self.search.empty()) state.self = unsearched(std::move(state.self.x0), before.self);
   state.edges = unsearched_edges<R>(before.edges.valid.size(), state.edges.x0);
   state.proximity = remapped(before.proximity, before.x.size(), from);
+  for (std::size_t first = 0; first < before.overlaps.size(); first += before.x.size())
+    for (const int i : from) state.overlaps.push_back(before.overlaps[first + static_cast<std::size_t>(i)]);
   return state;
 }
 
@@ -274,6 +282,7 @@ State<R> moved_to(const State<R>& before, std::int64_t steps, const std::vector<
   set_positions(x, state);
   for (const Vec3& one : v) state.v.push_back(to_R(one));
   if (!before.rest.empty()) state.rest = {0, -1};
+  state.overlaps.assign(before.overlaps.size(), -1.0f);
   if (!before.self.search.empty()) {
     state.self = unsearched(state.x, before.self);
     state.self.origin = {{0, 0, 0}};

@@ -6,6 +6,8 @@
 #include <initializer_list>
 #include <utility>
 
+#include "host/environment/object_motion.h"
+
 namespace malha {
 
 std::string_view name_of(Stage stage) {
@@ -57,7 +59,7 @@ StepFeatures step_features(const Model& model, bool levels) {
   const Scene& scene = model.scene;
   const DesbrunSpec& desbrun = scene.solver.desbrun;
   const auto changes = [](const AttachmentSet& set) { return !set.target.motion.empty() || set.release_time; };
-  const auto moves = [](const EnvironmentMesh& mesh) { return !mesh.spec.motion.empty(); };
+  const auto moves = [](const EnvironmentMesh& mesh) { return malha::moves(mesh); };
   StepFeatures has;
   has.position_based = scene.solver.type == "pbd";
   has.filter = !has.position_based && (!model.springs.empty() || !model.stencils.empty());

@@ -61,6 +61,7 @@ class TimeStepper : public Solver {
     }
     plan();
     advance();
+    if (collider_) note_speed_of_vertices();
     check_energy();
     if (self_ || collider_) note_collision();
     if (sleeper_ && !interaction().acts())
@@ -90,7 +91,7 @@ class TimeStepper : public Solver {
     if (kinematic_pins_) kinematic_pins_->set_pinned(time(), w_.data());
     pins_changed_ = true;
     if (sweep_) sweep_->clear_non_finite();
-    if (collider_) collider_->restore_state(saved.proximity);
+    if (collider_) collider_->restore_state(saved.proximity), collider_->restore_overlaps(saved.overlaps);
     if (sleeper_) user_constraints_ ? sleeper_->wake() : sleeper_->restore_state(saved.rest);
     if (self_) self_->restore_state(saved.self);
     if (edges_) edges_->restore_state(saved.edges);
@@ -141,6 +142,13 @@ class TimeStepper : public Solver {
     if (air_) air_->change(*model_.scene.wind);
     energy_guard_.add_driven_speed(norm(model_.scene.wind->velocity));
     wake();
+  }
+  void change_environment() final {
+    max_object_speed_ = self_ ? fastest_object(model_, model_.scene.solver.dt / model_.scene.solver.substeps) : 0;
+    energy_guard_.add_driven_speed(fastest_object(model_, model_.scene.solver.dt));
+    crossings_step_ = -1;
+    if (sleeper_) sleeper_->change_environment(model_);
+    set_features(step_features(model_, features_.levels)), wake();
   }
   void add_user_constraints(const std::vector<UserConstraint>& all) final {
     user_constraints_.emplace(executor_, model_, all);
@@ -558,6 +566,13 @@ class TimeStepper : public Solver {
                    " s): " + particle_name(model_, non_finite) + " has no finite position any more");
   }
 
+  /// Accounts for the motion of deforming meshes, whose speed is not known beforehand.
+  void note_speed_of_vertices() {
+    const double speed = collider_->fastest_vertex();
+    if (!(speed > fastest_vertex_)) return;
+    energy_guard_.add_driven_speed(speed), fastest_vertex_ = speed;
+    max_object_speed_ = std::max(max_object_speed_, speed);
+  }
   void note_collision() {
     facts_.collision_bytes = bytes_of(collider_) + bytes_of(self_) + bytes_of(edges_) + bytes_of(kinematic_);
     if (self_) facts_.self = self_->facts();
@@ -574,6 +589,7 @@ class TimeStepper : public Solver {
   Executor executor_;
   const Model& model_;
   double gravity_, max_object_speed_ = 0;    // m/s^2; m/s, of moving environment objects
+  double fastest_vertex_ = 0;                // m/s, of deforming meshes, so far
   PointArray<Executor, R> x_, v_, d_, low_;  // see Particles
   std::optional<Sweep<Executor, R>> sweep_;
   std::vector<Pressure<Executor, R>> pressures_;
@@ -629,12 +645,15 @@ class TimeStepper : public Solver {
     if (sleeper_) all.rest = sleeper_->save_state();
     if (self_) all.self = self_->save_state();
     if (edges_) all.edges = edges_->save_state();
+    if (collider_) all.overlaps = collider_->overlaps();
     return all;
   }
 
   State<R> load(const std::string& bytes, std::size_t particles, const std::string& file) const {
+    const auto deforming = static_cast<std::size_t>(std::ranges::count_if(model_.environment, deforms));
     const StateSizes sizes{.particles = particles,
-                           .meshes = model_.environment.size(),
+                           .meshes = model_.environment.size() - deforming,
+                           .deforming = deforming,
                            .rest = sleeper_ ? std::size_t(2) : 0,
                            .searched = self_ ? particles : 0,
                            .edge_groups = edges_ ? static_cast<std::size_t>(edges_->groups()) : 0};

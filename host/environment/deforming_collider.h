@@ -1,0 +1,266 @@
+// SPDX-License-Identifier: Apache-2.0
+// Collider of the deforming meshes of a scene, substep by substep: contacts, and the guard against tunnelling. It is
+// one of the colliders of host/environment/colliders.h, and made only for scenes that have such a mesh.
+#pragma once
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <vector>
+
+#include "host/base/array.h"
+#include "host/base/point_array.h"
+#include "host/environment/clamp_tunnelling.h"
+#include "host/environment/deforming_surface.h"
+#include "host/environment/object_motion.h"
+#include "host/mesh/vectors.h"
+#include "kernels/environment/deforming_contact.h"
+
+namespace malha {
+
+template <class Executor, class R>
+class DeformingCollider {
+ public:
+  DeformingCollider(const Executor& executor, const Model& model)
+      : executor_(executor),
+        particles_(model.count()),
+        h_(model.scene.solver.dt / model.scene.solver.substeps),
+        recovery_(1.0 / model.scene.solver.substeps),
+        pinched_(model.x.size(), 0) {
+    for (const EnvironmentMesh& mesh : model.environment)
+      if (deforms(mesh)) objects_.emplace_back(mesh, model.x.size());
+  }
+
+  /// Sets the motion of a substep: the vertices move from where they are at `start` to where they are at `end` (s).
+  void set_poses(double start, double end) {
+    for (Object& o : objects_) o.move(whole(start), whole(end)), refit(o);
+    upload();
+  }
+  /// Sets the vertices to rest where they are at the end of this substep.
+  void end_motion() {
+    for (Object& o : objects_) o.mesh.before = o.mesh.after, refit(o);
+    upload();
+  }
+  // No motion of a deforming mesh is rigid: what it moves has no owner.
+  void append_motion(std::vector<Pose>& /*motion*/) const {}
+  int objects() const { return 0; }
+  bool moves() const { return true; }
+  /// Largest speed that a vertex had so far, m/s.
+  double fastest_vertex() const {
+    double most = 0;
+    for (const Object& o : objects_) most = std::max(most, o.fastest);
+    return most;
+  }
+
+  /// Detects the contacts of the paths from x to p.
+  void detect_contacts(const Particles<R>& particles) {
+    for (const Object& o : objects_)
+      launch(DetectDeformingContacts<R>{o.view(), particles, recovery_ * o.spec().thickness, keeps_overlaps_});
+    keeps_overlaps_ = false;
+  }
+  void solve_contacts(const Particles<R>& particles) {
+    for (const Object& o : objects_)
+      parallel_for(executor_, particles_, ResolveContact<R>{particles.p, o.contacts.data(), R(o.spec().friction)});
+  }
+  /// See EnvironmentContacts.
+  void restitute(const Particles<R>& particles, double resting_speed, double h) {
+    for (const Object& o : objects_)
+      parallel_for(executor_, particles_,
+                   ApplyRestitution<R>{particles.p, particles.v, o.contacts.data(), R(o.spec().restitution),
+                                       R(o.spec().friction), R(resting_speed), R(1 / h)});
+  }
+  void clamp_restitution(const Particles<R>& particles) {
+    end_motion();
+    launch(CancelCrossings<R>{views_.data(), count(), particles});
+  }
+  bool bounces() const {
+    return std::ranges::any_of(objects_, [](const Object& o) { return o.spec().restitution > 0; });
+  }
+  /// Number of contacts that pushed in the last substep.
+  int contacts() const {
+    double sum = 0;
+    for (const Object& o : objects_)
+      sum += parallel_reduce<Sum>(executor_, particles_, CountContact<R>{o.contacts.data()}).value;
+    return static_cast<int>(sum);
+  }
+  void invalidate_contacts(const Particles<R>& particles) {
+    for (const Object& o : objects_)
+      parallel_for(executor_, particles_, InvalidateContacts<R>{o.contacts.data(), particles.p, -1});
+  }
+  /// Lets particles that are nearer than the thickness now keep their distance until they move away by themselves.
+  void keep_overlaps(const Particles<R>& /*particles*/) { keeps_overlaps_ = true; }
+
+  /// Puts particles whose path crosses a surface in front of it.
+  void clamp_tunnelling(const Particles<R>& particles) {
+    launch(ClampToDeforming<R>{views_.data(), count(), particles, pinched_.data()});
+    const Sum now = parallel_reduce<Sum>(executor_, particles_, CountPinched{pinched_.data()});
+    most_pinched_ = std::max(most_pinched_, static_cast<int>(now.value));
+  }
+  /// The same after self-collision, with marks on particles that it has moved. Returns whether there are any.
+  bool resolve_crossings(const Particles<R>& particles, const KinematicMarks<R>& marks, bool /*move_with_objects*/) {
+    const auto n = static_cast<std::size_t>(particles_);
+    if (saved_displacements_.size() == 0) saved_displacements_ = PointArray<Executor, R>(n);
+    const Points<R> saved = saved_displacements_.points();
+    parallel_for(executor_, particles_, CopyPoints<R, Points<R>, Points<R>>{particles.p.d, saved});
+    clamp_tunnelling(particles);
+    return parallel_reduce<Sum>(executor_, particles_, MarkMovedParticles<R>{particles, saved, marks, nullptr, 0})
+               .value > 0;
+  }
+
+  // Deforming meshes always move: contacts are detected in every substep.
+  void allocate_clearance() {}
+  double max_contact_free_speed(const Particles<R>& /*particles*/, double /*h*/, int /*substeps*/, double /*g*/) {
+    return 0;
+  }
+
+  /// Largest depth of a particle inside a solid or behind a one-sided sheet (m) at the given time, that of the end of
+  /// the last substep.
+  double max_penetration(const Particles<R>& particles, double time) const {
+    double deepest = 0;
+    for (Object& o : objects_) {
+      o.move(whole(time), whole(time)), refit(o);
+      const DepthInDeforming<R> depth{o.view(), particles, kMaxDepth * o.spec().thickness};
+      deepest = std::max(deepest, parallel_reduce<Deepest>(executor_, particles_, depth, kQueryGrain).depth);
+    }
+    return deepest;
+  }
+  /// The overlap that each particle may keep at each mesh, m, for checkpoints; below 0: any, as at the start.
+  std::vector<float> overlaps() const {
+    std::vector<float> all;
+    if (keeps_overlaps_) return std::vector<float>(objects_.size() * static_cast<std::size_t>(particles_), -1.0f);
+    for (const Object& o : objects_) {
+      const std::vector<float> of = o.overlap.download();
+      all.insert(all.end(), of.begin(), of.end());
+    }
+    return all;
+  }
+  void restore_overlaps(const std::vector<float>& all) {
+    keeps_overlaps_ = all[0] < 0;
+    std::vector<float> of(static_cast<std::size_t>(particles_));
+    for (std::size_t k = 0; k < objects_.size(); ++k) {
+      std::copy_n(all.begin() + static_cast<std::ptrdiff_t>(k * of.size()), of.size(), of.begin());
+      objects_[k].overlap.upload(of);
+    }
+  }
+  /// Largest number of particles in any substep so far for which there was no place between surfaces.
+  int most_pinched() const { return most_pinched_; }
+
+  std::size_t bytes() const {
+    std::size_t sum = pinched_.bytes() + views_.bytes() + saved_displacements_.bytes();
+    for (const Object& o : objects_) sum += o.bytes();
+    return sum;
+  }
+
+ private:
+  static constexpr int kTriangleGrain = 4096, kQueryGrain = 1024;
+  static constexpr double kMaxDepth = 20;  // thicknesses: depths are measured up to it
+
+  struct Object {
+    Object(const EnvironmentMesh& object, std::size_t particles)
+        : of(object), overlap(particles, 0.0f), contacts(particles, Contact<R>{}) {
+      const DeformingSurface surface = deforming_surface(object.mesh);
+      const auto list = [this](const std::vector<int>& values) {
+        lists.emplace_back(values);
+        return lists.back().data();
+      };
+      for (int k = 0; k < 3; ++k)
+        mesh.corner[k] = list(surface.corner[k]), mesh.neighbour[k] = list(surface.neighbour[k]);
+      mesh.star_begin = list(surface.star_begin), mesh.star = list(surface.star);
+      rim = Array<Executor, unsigned char>(surface.rim);
+      mesh.rim = rim.data(), mesh.triangles = static_cast<int>(surface.triangles.size());
+      lay_out_levels(mesh.triangles, mesh.tree);
+      const auto nodes = static_cast<std::size_t>(node_capacity(mesh.tree));
+      boxes = Array<Executor, float>(6 * nodes, 0.0f);
+      for (int k = 0; k < 6; ++k) mesh.tree.node.bound[k] = boxes.data() + k * nodes;
+      for (Array<Executor, Vec4<double>>& at : vertices)
+        at = Array<Executor, Vec4<double>>(object.mesh.points.size(), Vec4<double>{});
+    }
+
+    /// Sets the motion of the vertices in a substep. One that follows the last begins where that ended.
+    void move(double start, double end) {
+      if (time != start) vertices[last].upload(points(start));
+      mesh.before = vertices[last].data();
+      if (end != start) {
+        last = 1 - last;
+        vertices[last].upload(points(end));
+      }
+      mesh.after = vertices[last].data(), time = end;
+    }
+
+    const EnvironmentSpec& spec() const { return of.spec; }
+    DeformingObject<R> view() const {
+      return {mesh, of.spec.sides == Sides::TwoSided, of.spec.thickness, overlap.data(), contacts.data()};
+    }
+    std::size_t bytes() const {
+      std::size_t sum = overlap.bytes() + contacts.bytes() + boxes.bytes() + rim.bytes() + 2 * vertices[0].bytes();
+      for (const auto& one : lists) sum += one.bytes();
+      return sum;
+    }
+
+    const EnvironmentMesh& of;
+    DeformingMesh mesh{};
+    std::deque<Array<Executor, int>> lists;
+    Array<Executor, unsigned char> rim;
+    Array<Executor, float> boxes, overlap;
+    Array<Executor, Vec4<double>> vertices[2];
+    Array<Executor, Contact<R>> contacts;
+    int last = 0;        // of `vertices`, those at `time`
+    double time = NAN;   // s
+    double fastest = 0;  // m/s
+
+   private:
+    /// The vertices at a time, whose speed since `time` is noted.
+    std::vector<Vec4<double>> points(double at) {
+      const std::vector<Vec3> now = points_at(of, at);
+      std::vector<Vec4<double>> all;
+      all.reserve(now.size());
+      for (const Vec3& x : now) all.push_back({x[0] + 0, x[1] + 0, x[2] + 0, 0});
+      if (at > time)
+        for (std::size_t v = 0; v < now.size(); ++v)
+          fastest = std::max(fastest, norm(minus(now[v], before[v])) / (at - time));
+      before = now;
+      return all;
+    }
+    std::vector<Vec3> before;  // positions at `time`
+  };
+
+  struct CountPinched {
+    const unsigned char* pinched;
+    KERNEL Sum operator()(int i) const { return {double(pinched[i])}; }
+  };
+
+  int count() const { return static_cast<int>(objects_.size()); }
+  /// A whole number of substeps: a substep begins at the very time at which the last one ended, after a resume too.
+  double whole(double time) const { return std::round(time / h_) * h_; }
+
+  void refit(const Object& o) const {
+    const WideBvh<float>& tree = o.mesh.tree;
+    parallel_for(executor_, (o.mesh.triangles + kBranch - 1) / kBranch * kBranch, RefitTriangles{o.mesh},
+                 kTriangleGrain);
+    for (int level = 1; level < tree.levels; ++level)
+      parallel_for(executor_, tree.nodes[level], RefitLevel<float>{tree, level});
+  }
+  void upload() {
+    std::vector<DeformingObject<R>> all;
+    for (const Object& o : objects_) all.push_back(o.view());
+    views_ = Array<Executor, DeformingObject<R>>(all);
+  }
+  template <class Kernel>
+  void launch(const Kernel& kernel) {
+    const int groups = (particles_ + kDeformingGroup - 1) / kDeformingGroup;
+    if (particles_ <= kQueryGrain) return parallel_for_interleaved(single_threaded(executor_), groups, kernel);
+    parallel_region(executor_, groups, [&](const auto& team) { parallel_for_interleaved(team, groups, kernel); });
+  }
+
+  Executor executor_;
+  int particles_;
+  double h_;                            // s
+  double recovery_;                     // thicknesses by which a particle that is too near is moved out in a substep
+  mutable std::deque<Object> objects_;  // also set to times that are measured
+  Array<Executor, DeformingObject<R>> views_;
+  Array<Executor, unsigned char> pinched_;  // of each particle
+  PointArray<Executor, R> saved_displacements_;
+  bool keeps_overlaps_ = true;
+  int most_pinched_ = 0;
+};
+
+}  // namespace malha
