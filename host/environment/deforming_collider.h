@@ -37,7 +37,7 @@ class DeformingCollider {
   }
   /// Sets the vertices to rest where they are at the end of this substep.
   void end_motion() {
-    for (Object& o : objects_) o.mesh.before = o.mesh.after, refit(o);
+    for (Object& o : objects_) o.mesh.before = o.mesh.after, o.moved = false, refit(o);
     upload();
   }
   // No motion of a deforming mesh is rigid: what it moves has no owner.
@@ -151,12 +151,16 @@ class DeformingCollider {
   }
 
  private:
-  static constexpr int kTriangleGrain = 4096, kQueryGrain = 1024;
+  static constexpr int kBlockGrain = 256, kQueryGrain = 1024;
   static constexpr double kMaxDepth = 20;  // thicknesses: depths are measured up to it
 
   struct Object {
     Object(const EnvironmentMesh& object, std::size_t particles)
-        : of(object), overlap(particles, 0.0f), contacts(particles, Contact<R>{}) {
+        : of(object),
+          overlap(particles, 0.0f),
+          hint(particles, -1),
+          clear(particles, Vec4<float>{0, 0, 0, -1}),
+          contacts(particles, Contact<R>{}) {
       const DeformingSurface surface = deforming_surface(object.mesh);
       const auto list = [this](const std::vector<int>& values) {
         lists.emplace_back(values);
@@ -167,10 +171,17 @@ class DeformingCollider {
       mesh.star_begin = list(surface.star_begin), mesh.star = list(surface.star);
       rim = Array<Executor, unsigned char>(surface.rim);
       mesh.rim = rim.data(), mesh.triangles = static_cast<int>(surface.triangles.size());
-      lay_out_levels(mesh.triangles, mesh.tree);
-      const auto nodes = static_cast<std::size_t>(node_capacity(mesh.tree));
-      boxes = Array<Executor, float>(6 * nodes, 0.0f);
-      for (int k = 0; k < 6; ++k) mesh.tree.node.bound[k] = boxes.data() + k * nodes;
+      const int blocks = (mesh.triangles + kBranch - 1) / kBranch;
+      lay_out_levels(blocks, mesh.tree);
+      const auto rows = [this](int count) {
+        BoxRows<float> all;
+        for (float*& bound : all.bound) bound = boxes.emplace_back(static_cast<std::size_t>(count), 0.0f).data();
+        return all;
+      };
+      mesh.tree.node = rows(node_capacity(mesh.tree));
+      mesh.box = rows(blocks * kBranch), mesh.motion = rows(blocks);
+      for (Box<float>** bounds : {&mesh.vertex_box, &mesh.vertex_motion})
+        *bounds = vertex_bounds.emplace_back(object.mesh.points.size()).data();
       for (Array<Executor, Vec4<double>>& at : vertices)
         at = Array<Executor, Vec4<double>>(object.mesh.points.size(), Vec4<double>{});
     }
@@ -183,27 +194,41 @@ class DeformingCollider {
         last = 1 - last;
         vertices[last].upload(points(end));
       }
-      mesh.after = vertices[last].data(), time = end;
+      mesh.after = vertices[last].data(), time = end, moved = true;
     }
 
     const EnvironmentSpec& spec() const { return of.spec; }
     DeformingObject<R> view() const {
-      return {mesh, of.spec.sides == Sides::TwoSided, of.spec.thickness, overlap.data(), contacts.data()};
+      return {mesh,
+              of.spec.sides == Sides::Solid,
+              of.spec.sides == Sides::OneSided,
+              of.spec.thickness,
+              overlap.data(),
+              moved ? clear.data() : nullptr,
+              hint.data(),
+              contacts.data()};
     }
     std::size_t bytes() const {
-      std::size_t sum = overlap.bytes() + contacts.bytes() + boxes.bytes() + rim.bytes() + 2 * vertices[0].bytes();
+      std::size_t sum = overlap.bytes() + contacts.bytes() + rim.bytes() + 2 * vertices[0].bytes();
       for (const auto& one : lists) sum += one.bytes();
-      return sum;
+      for (const auto& one : boxes) sum += one.bytes();
+      for (const auto& one : vertex_bounds) sum += one.bytes();
+      return sum + hint.bytes() + clear.bytes();
     }
 
     const EnvironmentMesh& of;
     DeformingMesh mesh{};
     std::deque<Array<Executor, int>> lists;
     Array<Executor, unsigned char> rim;
-    Array<Executor, float> boxes, overlap;
+    std::deque<Array<Executor, float>> boxes;
+    std::deque<Array<Executor, Box<float>>> vertex_bounds;
+    Array<Executor, float> overlap;
+    Array<Executor, int> hint;
+    Array<Executor, Vec4<float>> clear;
     Array<Executor, Vec4<double>> vertices[2];
     Array<Executor, Contact<R>> contacts;
     int last = 0;        // of `vertices`, those at `time`
+    bool moved = true;   // in this substep: otherwise the mesh rests where it is at its end
     double time = NAN;   // s
     double fastest = 0;  // m/s
 
@@ -234,8 +259,8 @@ class DeformingCollider {
 
   void refit(const Object& o) const {
     const WideBvh<float>& tree = o.mesh.tree;
-    parallel_for(executor_, (o.mesh.triangles + kBranch - 1) / kBranch * kBranch, RefitTriangles{o.mesh},
-                 kTriangleGrain);
+    parallel_for(executor_, static_cast<int>(o.before.size()), ComputeVertexBounds{o.mesh}, kBlockGrain * kBranch);
+    parallel_for(executor_, tree.nodes[0], RefitBlock{o.mesh}, kBlockGrain);
     for (int level = 1; level < tree.levels; ++level)
       parallel_for(executor_, tree.nodes[level], RefitLevel<float>{tree, level});
   }

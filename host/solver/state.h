@@ -154,7 +154,7 @@ void check_state(const State<R>& state, const std::vector<int>& triangles, std::
   check_numbers(state.low, "remainders of positions", file, most_m);
   check(state.self, file), check(state.edges, file);
   for (const float overlap : state.overlaps)
-    if (!std::isfinite(overlap)) refuse(file, "overlaps", shown(overlap), "finite numbers");
+    if (std::isnan(overlap)) refuse(file, "overlaps", "places that are no numbers", "numbers");
   if (!state.rest.empty()) {
     const std::int64_t calm = state.rest[0], since = state.rest[1];
     if (calm < 0 || calm > state.steps || since < -1 || since > state.steps)

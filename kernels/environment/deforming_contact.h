@@ -12,43 +12,54 @@ namespace malha {
 template <class R>
 struct DeformingObject {
   DeformingMesh mesh;
-  bool two_sided;
-  double thickness;     // m
-  float* overlap;       // m, of each particle: it may stay nearer than the thickness by as much
-  Contact<R>* contact;  // of each particle
+  bool solid, one_sided;  // otherwise a sheet that acts on both sides
+  double thickness;       // m
+  float* overlap;         // m, of each particle: it may stay nearer than the thickness by as much; kFree: it is inside
+  Vec4<float>* clear;     // of each particle: its path crosses nothing if its displacement ends within w of x, y, z; m
+  int* hint;              // of each particle: the triangle that was closest last; below 0: none was near
+  Contact<R>* contact;    // of each particle
+
+  /// An overlap without bound, of a particle that is inside a solid because there was no place for it outside: it is
+  /// pushed out gently, through the nearest surface, and crosses it freely until it is outside.
+  static constexpr float kFree = INFINITY;
+  KERNEL double on_surface() const { return 1e-3 * thickness; }  // m: nearer a particle counts as on the surface
+  KERNEL bool is_free(int i) const { return overlap[i] == kFree; }
 };
 
 inline constexpr int kDeformingGroup = 64;  // particles of a group of the kernels below
 
-/// The closest point of a mesh where the substep began, with the side on which the particle is.
+/// The closest point of a mesh, with the side on which the particle is.
 struct SignedDistance {
   bool found = false, rim = false;
-  PointOnMesh at{};
-  Vector3<double> q{}, outward{};  // m; unit
-  double distance = 0;             // m; negative inside a solid, or behind a one-sided sheet
+  PointOnMesh at{-1, 0, 0};
+  Vector3<double> q{}, outward{};  // m; unit, of a particle on the surface, where its distance has no gradient
+  double distance = 0;             // m; negative behind the surface
 };
 
+/// A particle is behind a one-sided sheet by its pseudonormal, and behind a solid's surface if it is `inside`.
 template <class Isa, class R>
 KERNEL SignedDistance signed_distance(const DeformingObject<R>& object, Vec4<double>* vertices, const Box<float>& box,
-                                      const Vector3<double>& p) {
+                                      const Vector3<double>& p, bool inside, int hint, Box<float>& motion) {
   const DeformingMesh& mesh = object.mesh;
-  const ClosestOnMesh near = closest_point<Isa>(mesh, vertices, box, p);
+  const ClosestOnMesh near = closest_point<Isa>(mesh, vertices, box, p, hint, motion);
   if (near.triangle < 0) return {};
-  const Vector3<double> normal = pseudonormal(mesh, vertices, near.triangle, near.feature), offset = p - near.q;
-  const bool behind = dot(normal, offset) < 0;
-  return {true,
-          is_rim(mesh, near.triangle, near.feature),
-          closest_on(mesh, vertices, near.triangle, near.q),
-          near.q,
-          behind && object.two_sided ? -normal : normal,
-          behind && !object.two_sided ? -sqrt(near.distance2) : sqrt(near.distance2)};
+  const double distance = sqrt(near.distance2);
+  SignedDistance found{true, false, closest_on(mesh, vertices, near.triangle, near.q), near.q, {0, 0, 0}, distance};
+  bool back = false;
+  if (object.one_sided || distance < object.on_surface()) {
+    const Vector3<double> normal = pseudonormal(mesh, vertices, near.triangle, near.feature);
+    back = dot(normal, p - near.q) < 0;
+    found.rim = object.one_sided && is_rim(mesh, near.triangle, near.feature);
+    found.outward = normal * (back != (object.one_sided ? back : inside) ? -1 : 1);
+  }
+  if (object.one_sided ? back : inside) found.distance = -distance;
+  return found;
 }
 
 /// Detects the contacts of the paths from x to p with one mesh.
 template <class R>
 struct DetectDeformingContacts {
   using Shared = void;
-  static constexpr double kOnSurface = 1e-3;  // of the thickness: nearer a particle counts as on the surface
   DeformingObject<R> object;
   Particles<R> particles;
   double max_recovery;  // m, by which a particle that is too near is moved out in a substep, at most
@@ -69,45 +80,68 @@ struct DetectDeformingContacts {
     const DeformingMesh& mesh = object.mesh;
     const Vector3<double> x = particles.p.exact_start(i), p = particles.p.exact_position(i);
     const Box<float> box = box_of_segment(x, p, 2 * object.thickness);
-    const SignedDistance near = signed_distance<Isa>(object, mesh.before, box, x);
-    const double too_near = near.found ? max(0.0, object.thickness - near.distance) : 0.0;
+    const bool inside = object.solid && (keeps_overlaps || object.is_free(i)) && is_inside(mesh, mesh.before, x);
+    Box<float> motion;
+    const SignedDistance near = signed_distance<Isa>(object, mesh.before, box, x, inside, object.hint[i], motion);
+    object.clear[i] = clear_range(p - x, motion, near);
+    if (object.hint[i] != near.at.triangle) object.hint[i] = near.at.triangle;
     // Beyond the boundary of a sheet there is no inside.
     const bool none = !near.found || (near.distance < 0 && near.rim);
-    const double overlap = none ? 0.0 : keeps_overlaps ? too_near : min(double(object.overlap[i]), too_near);
-    if (double(object.overlap[i]) != overlap) object.overlap[i] = float(overlap);
+    float overlap = inside ? object.kFree : 0.0f;
+    if (!inside && !none && (keeps_overlaps || !object.is_free(i))) {
+      const auto too_near = float(max(0.0, object.thickness - near.distance));
+      overlap = keeps_overlaps ? too_near : min(object.overlap[i], too_near);
+    }
+    if (object.overlap[i] != overlap) object.overlap[i] = overlap;
     if (none) return;
 
     const double path = norm(p - x - (near.at.on(mesh, mesh.after) - near.q));
     if (near.distance > path + 2 * object.thickness) return;
-    const double required = min(object.thickness - overlap, near.distance + max_recovery);
+    const double kept = inside ? 0.0 : double(overlap);
+    const double required = min(object.thickness - kept, near.distance + max_recovery);
     const double clearance = max(object.thickness, near.distance);
     // A long path may pass a corner, where the plane at the closest point would stop it.
-    if (path > max(clearance / 2, clearance - object.thickness)) return sweep<Isa>(i, box, x, p, near, required);
+    if (!inside && path > max(clearance / 2, clearance - object.thickness)) return sweep<Isa>(i, box, x, p, required);
     set_contact(i, near.at, direction(near, x), turn_with(mesh, near.at.triangle, direction(near, x)), required);
+  }
+
+  /// The displacements without a crossing near the predicted one, if the triangles near the path have displacements in
+  /// the box `motion`: none is nearer to its start than the closest, and none beyond the box that was searched matters.
+  KERNEL Vec4<float> clear_range(const Vector3<double>& way, const Box<float>& motion,
+                                 const SignedDistance& near) const {
+    double range = object.thickness;  // the box has two
+    if (motion.low.x <= motion.high.x) {
+      const auto most = [](double at, float low, float high)
+                            KERNEL_LAMBDA { return max(at - double(low), double(high) - at); };
+      const double relative =
+          norm(Vector3<double>{most(way.x, motion.low.x, motion.high.x), most(way.y, motion.low.y, motion.high.y),
+                               most(way.z, motion.low.z, motion.high.z)});
+      range = min(range, (near.found ? near.distance : INFINITY) - relative);
+    }
+    return {float(way.x), float(way.y), float(way.z), rounded_down(range - 1e-6 * object.thickness)};
   }
 
   /// The gradient of the distance; on the surface itself, where it is undefined, the normal.
   KERNEL Vector3<double> direction(const SignedDistance& near, const Vector3<double>& x) const {
-    if (abs(near.distance) < kOnSurface * object.thickness) return near.outward;
+    if (abs(near.distance) < object.on_surface()) return near.outward;
     return (x - near.q) * (1 / near.distance);
   }
 
   /// Contact with the first crossing of the path, or else with the surface near its end.
   template <class Isa>
   KERNEL void sweep(int i, const Box<float>& box, const Vector3<double>& x, const Vector3<double>& p,
-                    const SignedDistance& start, double required) const {
+                    double required) const {
     const DeformingMesh& mesh = object.mesh;
-    const MovingCrossing crossing = first_crossing<Isa>(mesh, box, x, p, !object.two_sided);
+    const MovingCrossing crossing = first_crossing<Isa>(mesh, box, x, p, object.one_sided);
     if (crossing.at.triangle >= 0) {
       const double side = crossing.from_front ? 1 : -1;
       const Vector3<double> n = face_normal(mesh, mesh.before, crossing.at.triangle) * side,
                             m = face_normal(mesh, mesh.after, crossing.at.triangle) * side;
       return set_contact(i, crossing.at, n, m, required);
     }
-    SignedDistance end = signed_distance<Isa>(object, mesh.after, box, p);
+    Box<float> motion;
+    const SignedDistance end = signed_distance<Isa>(object, mesh.after, box, p, false, object.hint[i], motion);
     if (!end.found || (end.distance < 0 && end.rim)) return;
-    if (object.two_sided && dot(end.outward, turn_with(mesh, end.at.triangle, start.outward)) < 0)
-      end.outward = -end.outward, end.distance = -end.distance;
     if (end.distance < 2 * object.thickness) set_contact(i, end.at, direction(end, p), direction(end, p), required);
   }
 
@@ -156,19 +190,20 @@ struct ClampToDeforming {
       if (round > 2) height *= 0.3;
     }
     move_with_closest<Isa>(i);
-    if (crosses<Isa>(i)) pinched[i] = 1;
+    for (int k = 0; k < count; ++k)
+      if (crossing<Isa>(i, objects[k]).at.triangle >= 0) objects[k].overlap[i] = objects[k].kFree, pinched[i] = 1;
   }
 
   template <class Isa>
   KERNEL MovingCrossing crossing(int i, const DeformingObject<R>& object) const {
+    if (object.is_free(i)) return {};
     const Vector3<double> x = particles.p.exact_start(i), p = particles.p.exact_position(i);
-    return first_crossing<Isa>(object.mesh, box_of_segment(x, p, 0), x, p, !object.two_sided);
-  }
-  template <class Isa>
-  KERNEL bool crosses(int i) const {
-    for (int k = 0; k < count; ++k)
-      if (crossing<Isa>(i, objects[k]).at.triangle >= 0) return true;
-    return false;
+    if (object.clear) {
+      const Vec4<float> range = object.clear[i];
+      const Vector3<double> off = p - x - in_double(range.xyz());
+      if (range.w > 0 && dot(off, off) < double(range.w) * double(range.w)) return {};
+    }
+    return first_crossing<Isa>(object.mesh, box_of_segment(x, p, 0), x, p, object.one_sided);
   }
 
   /// Puts the particle in front of the first surface that it crosses, of each object. Returns false if it crosses none.
@@ -181,7 +216,7 @@ struct ClampToDeforming {
       if (at.at.triangle < 0) continue;
       any = true;
       const Vector3<double> n = face_normal(object.mesh, object.mesh.after, at.at.triangle) * (at.from_front ? 1 : -1);
-      const double required = object.thickness - double(object.overlap[i]);
+      const double required = object.thickness - double(object.overlap[i]);  // it is not free
       move_to(i, at.at.on(object.mesh, object.mesh.after) + n * (height * max(required, 0.01 * object.thickness)));
     }
     return any;
@@ -195,8 +230,9 @@ struct ClampToDeforming {
     Vector3<double> to = x;
     for (int k = 0; k < count; ++k) {
       const DeformingMesh& mesh = objects[k].mesh;
-      const ClosestOnMesh near =
-          closest_point<Isa>(mesh, mesh.before, box_of_segment(x, x, 2 * objects[k].thickness), x);
+      Box<float> motion;
+      const ClosestOnMesh near = closest_point<Isa>(mesh, mesh.before, box_of_segment(x, x, 2 * objects[k].thickness),
+                                                    x, objects[k].hint[i], motion);
       if (!(near.distance2 < least)) continue;
       least = near.distance2;
       to = closest_on(mesh, mesh.before, near.triangle, near.q).on(mesh, mesh.after) +
@@ -230,7 +266,8 @@ struct CancelCrossings {
     if (!(particles.w[i] > R(0)) || same(particles.p.d[i], {R(0), R(0), R(0)})) return;
     const Vector3<double> x = particles.p.exact_start(i), p = particles.p.exact_position(i);
     for (int k = 0; k < count; ++k)
-      if (first_crossing<Isa>(objects[k].mesh, box_of_segment(x, p, 0), x, p, !objects[k].two_sided).at.triangle >= 0)
+      if (!objects[k].is_free(i) &&
+          first_crossing<Isa>(objects[k].mesh, box_of_segment(x, p, 0), x, p, objects[k].one_sided).at.triangle >= 0)
         return particles.p.clear_displacement(i);
   }
 };
@@ -250,9 +287,13 @@ struct DepthInDeforming {
   Particles<R> particles;
   double reach;  // m, depth up to which it is measured
   KERNEL Deepest operator()(int i) const {
-    if (!(particles.w[i] > R(0)) || object.two_sided) return {};
+    if (!(particles.w[i] > R(0)) || (!object.solid && !object.one_sided)) return {};
     const Vector3<double> x = particles.p.exact_start(i);
-    const SignedDistance near = signed_distance<OneLane>(object, object.mesh.after, box_of_segment(x, x, reach), x);
+    const bool inside = object.solid && is_inside(object.mesh, object.mesh.after, x);
+    if (object.solid && !inside) return {};
+    Box<float> motion;
+    const SignedDistance near =
+        signed_distance<OneLane>(object, object.mesh.after, box_of_segment(x, x, reach), x, inside, -1, motion);
     return {near.found && !near.rim && near.distance < 0 ? -near.distance : 0};
   }
 };

@@ -16,7 +16,10 @@ struct DeformingMesh {
   const int *star_begin, *star;  // triangles at each vertex
   const unsigned char* rim;      // of each vertex: 1 at the boundary of an open mesh
   int triangles;
-  WideBvh<float> tree;
+  WideBvh<float> tree;                    // over blocks of kBranch triangles
+  BoxRows<float> box;                     // of each triangle, swept
+  Box<float>*vertex_box, *vertex_motion;  // of each vertex: swept, and of its displacement
+  BoxRows<float> motion;                  // of each block: of the displacements of its vertices in the substep
 
   KERNEL int vertex(int triangle, int k) const { return corner[k][triangle] / kIndexScale<double>; }
   KERNEL Vector3<double> at(const Vec4<double>* vertices, int triangle, int k) const {
@@ -37,26 +40,47 @@ KERNEL Box<float> box_of_segment(const Vector3<double>& a, const Vector3<double>
   return {{low(a.x, b.x), low(a.y, b.y), low(a.z, b.z), 0.0f}, {high(a.x, b.x), high(a.y, b.y), high(a.z, b.z), 0.0f}};
 }
 
-/// Refits the swept boxes of triangles, and those that fill the last block of the tree.
-struct RefitTriangles {
+/// Computes the swept box of a vertex, and that of its displacement, which has no size.
+struct ComputeVertexBounds {
   DeformingMesh mesh;
-  KERNEL void operator()(int t) const {
-    if (t >= mesh.triangles) return mesh.tree.node.set(t, empty_box<float>());
-    const auto at = [&](int k) KERNEL_LAMBDA {
-      return box_of_segment(mesh.at(mesh.before, t, k), mesh.at(mesh.after, t, k), 0);
-    };
-    mesh.tree.node.set(t, merge(merge(at(0), at(1)), at(2)));
+  KERNEL void operator()(int v) const {
+    const Vector3<double> from = mesh.before[v].xyz(), to = mesh.after[v].xyz(), way = to - from;
+    mesh.vertex_box[v] = box_of_segment(from, to, 0), mesh.vertex_motion[v] = box_of_segment(way, way, 0);
+  }
+};
+
+/// Refits a block of the tree: the swept boxes of its triangles, the box of all, and that of their vertices' motion.
+struct RefitBlock {
+  DeformingMesh mesh;
+  KERNEL void operator()(int block) const {
+    Box<float> whole = empty_box<float>(), motion = empty_box<float>();
+    for (int t = block * kBranch; t < (block + 1) * kBranch; ++t) {
+      Box<float> box = empty_box<float>();
+      for (int k = 0; k < 3 && t < mesh.triangles; ++k) {
+        const int v = mesh.vertex(t, k);
+        box = merge(box, mesh.vertex_box[v]), motion = merge(motion, mesh.vertex_motion[v]);
+      }
+      mesh.box.set(t, box);
+      whole = merge(whole, box);
+    }
+    mesh.tree.node.set(block, whole), mesh.motion.set(block, motion);
   }
 };
 
 /// Calls use(triangles, count) for packs of the triangles whose swept boxes overlap `box`; further lanes repeat one.
-template <class Isa, class Use>
-KERNEL void for_each_triangle_pack(const DeformingMesh& mesh, const Box<float>& box, const Use& use) {
+/// `on_block`: called for every block with triangles that may be among them.
+template <class Isa, class Use, class OnBlock>
+KERNEL void for_each_triangle_pack(const DeformingMesh& mesh, const Box<float>& box, const Use& use,
+                                   const OnBlock& on_block) {
   constexpr int lanes = kLanes<double, Isa>;
   int list[lanes], count = 0;
-  for_each_overlap<Isa>(mesh.tree, box, [&](int t) KERNEL_LAMBDA {
-    list[count++] = t;
-    if (count == lanes) use(list, count), count = 0;
+  for_each_overlap<Isa>(mesh.tree, box, [&](int block) KERNEL_LAMBDA {
+    const Box<float>& within = on_block(block);
+    unsigned bits = overlaps<Isa>(mesh.box, block * kBranch, kBranch, within);
+    for (; bits != 0; bits &= bits - 1) {
+      list[count++] = block * kBranch + lowest_bit(bits);
+      if (count == lanes) use(list, count), count = 0;
+    }
   });
   if (count == 0) return;
   for (int k = count; k < lanes; ++k) list[k] = list[0];
@@ -84,13 +108,21 @@ struct ClosestOnMesh {
   Vector3<double> q{};
 };
 
-/// The closest point to p of the triangles whose swept boxes overlap `box`, with vertices `before` or `after`.
+/// The box of both.
+KERNEL Box<float> intersection(const Box<float>& a, const Box<float>& b) {
+  return {{max(a.low.x, b.low.x), max(a.low.y, b.low.y), max(a.low.z, b.low.z), 0.0f},
+          {min(a.high.x, b.high.x), min(a.high.y, b.high.y), min(a.high.z, b.high.z), 0.0f}};
+}
+
+/// The closest point to p of the triangles whose swept boxes overlap `box`, with vertices `before` or `after`; of equal
+/// distances that of the lowest triangle. `hint`: a triangle that is likely to be near, which spares most others
+/// without changing the result; below 0: none. `motion`: becomes a box of the displacements of all these triangles.
 template <class Isa>
 KERNEL ClosestOnMesh closest_point(const DeformingMesh& mesh, Vec4<double>* vertices, const Box<float>& box,
-                                   const Vector3<double>& p) {
+                                   const Vector3<double>& p, int hint, Box<float>& motion) {
   using S = Lane<double, Isa>;
   ClosestOnMesh least;
-  for_each_triangle_pack<Isa>(mesh, box, [&](const int* triangles, int count) KERNEL_LAMBDA {
+  const auto measure = [&](const int* triangles, int count) KERNEL_LAMBDA {
     Vector3<S> corner[3];
     gather_corners(mesh, vertices, triangles, corner);
     const Vector3<S> at{S(p.x), S(p.y), S(p.z)};
@@ -98,12 +130,23 @@ KERNEL ClosestOnMesh closest_point(const DeformingMesh& mesh, Vec4<double>* vert
     const Vector3<S> d = at - near.q;
     const S d2 = dot(d, d);
     for (int l = 0; l < count; ++l) {
-      if (!(lane(d2, l) < least.distance2)) continue;
-      least = {triangles[l],
-               int(lane(near.feature, l)),
-               lane(d2, l),
-               {lane(near.q.x, l), lane(near.q.y, l), lane(near.q.z, l)}};
+      const double found = lane(d2, l);
+      if (found > least.distance2 || (found == least.distance2 && triangles[l] > least.triangle)) continue;
+      least = {
+          triangles[l], int(lane(near.feature, l)), found, {lane(near.q.x, l), lane(near.q.y, l), lane(near.q.z, l)}};
     }
+  };
+  Box<float> within = box;
+  if (hint >= 0) {
+    const Vector3<double> a = mesh.at(vertices, hint, 0), b = mesh.at(vertices, hint, 1),
+                          c = mesh.at(vertices, hint, 2);
+    const double distance = norm(p - nearest_on_triangle(p, a, b, c).q);
+    within = intersection(box, box_of_segment(p, p, distance * (1 + 1e-9)));
+  }
+  motion = empty_box<float>();
+  for_each_triangle_pack<Isa>(mesh, box, measure, [&](int block) KERNEL_LAMBDA -> const Box<float>& {
+    motion = merge(motion, mesh.motion[block]);
+    return within;
   });
   return least;
 }
@@ -181,6 +224,40 @@ struct MovingCrossing {
   PointOnMesh at{-1, 0, 0};
   bool from_front = true;
 };
+
+/// Tells whether a point is inside a closed mesh: whether its winding number is above 0, which stays right where the
+/// mesh crosses itself. It is the sum of the signs of the crossings of a ray along x.
+KERNEL bool is_inside(const DeformingMesh& mesh, const Vec4<double>* vertices, const Vector3<double>& p) {
+  Box<float> ray = box_of_segment(p, p, 0);
+  ray.high.x = INFINITY;
+  int winding = 0;
+  const auto cross_one = [&](int t) KERNEL_LAMBDA {
+    // Which side of each edge the ray passes on, in the plane of y and z. Both triangles at an edge compute it from the
+    // same numbers, with its lower vertex first, so that a ray through it crosses one of them.
+    const auto side = [&](int k) KERNEL_LAMBDA {
+      int a = mesh.vertex(t, k), b = mesh.vertex(t, (k + 1) % 3);
+      const bool turned = a > b;
+      if (turned) {
+        const int swap = a;
+        a = b, b = swap;
+      }
+      const Vector3<double> from = vertices[a].xyz() - p, to = vertices[b].xyz() - p;
+      const bool left = from.y * to.z - from.z * to.y >= 0;
+      return left != turned;
+    };
+    const bool first = side(0);
+    if (side(1) != first || side(2) != first) return;
+    const Vector3<double> a = mesh.at(vertices, t, 0),
+                          n = cross(mesh.at(vertices, t, 1) - a, mesh.at(vertices, t, 2) - a);
+    // The ray meets the plane at the distance dot(n, a - p) / n.x.
+    if (dot(n, a - p) * n.x > 0) winding += first ? 1 : -1;
+  };
+  for_each_overlap<OneLane>(mesh.tree, ray, [&](int block) KERNEL_LAMBDA {
+    unsigned bits = overlaps<OneLane>(mesh.box, block * kBranch, kBranch, ray);
+    for (; bits != 0; bits &= bits - 1) cross_one(block * kBranch + lowest_bit(bits));
+  });
+  return winding > 0;
+}
 
 /// Coefficients in Bernstein's basis of F(t) = (x - a) . ((b - a) x (c - a)), six times the signed volume of a point
 /// and a triangle that move linearly. The point is in the triangle's plane where F is 0; where all coefficients have
@@ -264,7 +341,7 @@ KERNEL MovingCrossing first_crossing(const DeformingMesh& mesh, const Box<float>
       return true;
     });
   };
-  for_each_triangle_pack<Isa>(mesh, box, [&](const int* triangles, int count) KERNEL_LAMBDA {
+  const auto measure = [&](const int* triangles, int count) KERNEL_LAMBDA {
     Vector3<S> before[3], after[3];
     gather_corners(mesh, mesh.before, triangles, before), gather_corners(mesh, mesh.after, triangles, after);
     S f[4];
@@ -273,7 +350,8 @@ KERNEL MovingCrossing first_crossing(const DeformingMesh& mesh, const Box<float>
     const unsigned both = movemask((least <= S(0.0)) & (S(0.0) <= most));
     for (int l = 0; l < count; ++l)
       if (both >> l & 1) cross_one(triangles[l], {lane(f[0], l), lane(f[1], l), lane(f[2], l), lane(f[3], l)});
-  });
+  };
+  for_each_triangle_pack<Isa>(mesh, box, measure, [&](int) KERNEL_LAMBDA -> const Box<float>& { return box; });
   return first;
 }
 
