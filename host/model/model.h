@@ -2,9 +2,11 @@
 // The model of a scene: particles in the solver's order, constraints, boundary conditions and patches, independent of
 // precision and executor.
 #pragma once
+#include <memory>
 #include <string>
 #include <vector>
 
+#include "host/animation/animation.h"
 #include "host/model/ordering/patches.h"
 #include "host/model/pins.h"
 #include "malha/scene.h"
@@ -85,7 +87,8 @@ struct RenderMesh {
 
 struct EnvironmentMesh {
   EnvironmentSpec spec;
-  Mesh mesh;  // after the transform of the spec
+  Mesh mesh;                                     // after the transform of the spec; of an animation at time 0
+  std::shared_ptr<const Animation> animation{};  // of the mesh's points; null: none, or from code
 };
 
 /// Duration of the parts of build_model(), s.
