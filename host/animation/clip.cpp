@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 
 #include "host/animation/animation_source.h"
 #include "host/base/file.h"
 #include "host/base/spelling_suggestion.h"
 #include "host/mesh/io/gltf.h"
+#include "host/mesh/vectors.h"
 #include "malha/error.h"
 
 namespace malha {
@@ -77,6 +79,21 @@ void set_pose(const GltfClip& clip, double time, GltfPose& pose) {
   }
 }
 
+/// The pose between a and b at the share s.
+GltfPose blend(const GltfPose& a, const GltfPose& b, double s) {
+  GltfPose between = a;
+  const auto mix = [s](double& x, double y) { x += s * (y - x); };
+  for (std::size_t i = 0; i < a.places.size(); ++i) {
+    GltfPlace& place = between.places[i];
+    const GltfPlace& other = b.places[i];
+    for (std::size_t k = 0; k < 3; ++k)
+      mix(place.translation[k], other.translation[k]), mix(place.scale[k], other.scale[k]);
+    place.rotation = slerp(unit(place.rotation.data()), unit(other.rotation.data()), s);
+  }
+  for (std::size_t i = 0; i < a.weights.size(); ++i) mix(between.weights[i], b.weights[i]);
+  return between;
+}
+
 /// The clip that the scene names, by its name or its number.
 std::size_t find_clip(const std::vector<GltfClip>& clips, const AnimationSpec& spec, const std::string& file,
                       const std::string& scene_file, const std::string& pointer) {
@@ -109,14 +126,15 @@ class ClipSource : public AnimationSource {
     std::ranges::sort(times_);
     times_.erase(std::ranges::unique(times_).begin(), times_.end());
     for (double& time : times_) time -= begin_;
+    if (!ends_as_it_begins()) return_ = times_.back() - times_[times_.size() - 2];
   }
 
   int vertex_count() const override { return static_cast<int>(file_.points.size()); }
-  double duration(bool) const override { return end_ - begin_; }
+  double duration(bool loop) const override { return end_ - begin_ + (loop ? return_ : 0); }
   void pose(double time, const Affine& map, std::span<Vec3> points) const override {
-    GltfPose pose = file_.rest;
-    set_pose(clip_, begin_ + time, pose);
-    deform(file_, pose, map, points);
+    const double after_end = time - (end_ - begin_);
+    deform(file_, after_end > 0 ? blend(pose_at(end_), pose_at(begin_), after_end / return_) : pose_at(begin_ + time),
+           map, points);
   }
   std::vector<double> key_times() const override { return times_; }
   std::string name_of(double key_time) const override {
@@ -131,10 +149,26 @@ class ClipSource : public AnimationSource {
   }
 
  private:
+  GltfPose pose_at(double time) const {
+    GltfPose pose = file_.rest;
+    set_pose(clip_, time, pose);
+    return pose;
+  }
+  /// True if no vertex is elsewhere at the last key than at the first one, to a ten thousandth of the figure's size.
+  bool ends_as_it_begins() const {
+    std::vector<Vec3> first(file_.points.size()), last = first;
+    deform(file_, pose_at(begin_), {}, first), deform(file_, pose_at(end_), {}, last);
+    double size = 0, apart = 0;
+    for (std::size_t v = 0; v < first.size(); ++v)
+      size = std::max(size, distance(first[v], first[0])), apart = std::max(apart, distance(first[v], last[v]));
+    return apart <= 1e-4 * size;
+  }
+
   GltfScene file_;
   GltfClip clip_;
   double begin_ = std::numeric_limits<double>::infinity(), end_ = -begin_;  // s, first and last key
-  std::vector<double> times_;                                               // of all keys, from the first one
+  double return_ = 0;  // s, in which a loop leads from its last pose to its first one, as the last two keys are apart
+  std::vector<double> times_;  // of all keys, from the first one
 };
 
 }  // namespace

@@ -180,10 +180,23 @@ TEST_F(Clip, RunsAtItsSpeedFromItsOffsetAndStaysOutsideAtItsEnds) {
 }
 
 TEST_F(Clip, RepeatsAsALoop) {
+  GlbBuilder file = two_bone_strip();
+  file.json["animations"] = {{{"name", "jump"}}};
+  file.channel(2, "translation", "LINEAR", {0, .5f, 1}, {0, 1, 0, 2, 1, 0, 0, 1, 0});
   AnimationSpec spec;
   spec.loop = true, spec.offset = -.75;
-  const auto strip = load(bending_strip(90), spec);
-  for (const double time : {0., 1., 7.}) expect_points(sampled(*strip, time), bent_strip(.25 * M_PI / 2));
+  const auto strip = load(file, spec);
+  EXPECT_DOUBLE_EQ(strip->duration(), 1);
+  for (const double time : {0., 1., 7.}) expect_points(sampled(*strip, time), bent_strip(0, {1, 0, 0}));
+}
+
+TEST_F(Clip, LeadsALoopBackToItsFirstPoseInTheTimeBetweenTwoKeys) {
+  AnimationSpec spec;
+  spec.loop = true;
+  const auto strip = load(bending_strip(90), spec);  // which ends bent; its two keys are a second apart
+  EXPECT_DOUBLE_EQ(strip->duration(), 2);
+  for (const auto& [time, share] : {std::pair{.25, .25}, {1., 1.}, {1.25, .75}, {2., 0.}, {5.5, .5}})
+    expect_points(sampled(*strip, time), bent_strip(share * M_PI / 2));
 }
 
 TEST_F(Clip, IsTransformedAsItsObjectIs) {

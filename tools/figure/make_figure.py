@@ -45,8 +45,8 @@ CAPSULES = [
 for side, sign in (("left", 1), ("right", -1)):
     flip = np.array([sign, 1, 1])
     elbow, wrist, finger = (SHOULDER + length * ARM for length in (0.28, 0.53, 0.63))
-    hip, knee, ankle, toe = (np.array(x) for x in ((0.095, 0.90, 0), (0.105, 0.49, 0), (0.115, 0.08, -0.01), (0.12, 0.045, 0.13)))
-    heel = np.array([0.115, 0.045, -0.035])
+    hip, knee, ankle = np.array([0.095, 0.90, 0]), np.array([0.105, 0.49, 0]), np.array([0.115, 0.08, -0.01])
+    heel, toe = np.array([0.115, 0.045, -0.035]), np.array([0.12, 0.045, 0.13])
     JOINTS += [
         (f"upper_arm_{side}", "chest", flip * SHOULDER),
         (f"forearm_{side}", f"upper_arm_{side}", flip * elbow),
@@ -161,7 +161,7 @@ def triangles_of(points, quads):
 
 
 def skin_weights(points, width=0.045):
-    """Four joints a vertex, and their weights in 1/255: those of the capsules that are hardly farther than the nearest."""
+    """Four joints a vertex, and their weights in 1/255: those of the capsules hardly farther than the nearest."""
     of_joints = np.full((len(points), len(NAMES)), np.inf)
     for joint, *capsule in CAPSULES:
         j = NAMES.index(joint)
@@ -361,7 +361,9 @@ def write_glb(path, points, triangles, joints, weights, clips):
         array = np.ascontiguousarray(array)
         component = {"float32": 5126, "uint16": 5123, "uint8": 5121}[array.dtype.name]
         views.append({"buffer": 0, "byteOffset": len(data), "byteLength": array.nbytes})
-        accessors.append({"bufferView": len(views) - 1, "componentType": component, "count": len(array), "type": kind, **more})
+        accessors.append(
+            {"bufferView": len(views) - 1, "componentType": component, "count": len(array), "type": kind, **more}
+        )
         data.extend(array.tobytes())
         return len(accessors) - 1
 
@@ -395,8 +397,10 @@ def write_glb(path, points, triangles, joints, weights, clips):
         animation = {"name": clip.name, "samplers": [], "channels": []}
 
         def channel(node, path, values, kind):
-            animation["samplers"].append({"input": keys, "output": add(values.astype(np.float32), kind), "interpolation": "LINEAR"})
-            animation["channels"].append({"sampler": len(animation["samplers"]) - 1, "target": {"node": node, "path": path}})
+            output = add(values.astype(np.float32), kind)
+            animation["samplers"].append({"input": keys, "output": output, "interpolation": "LINEAR"})
+            of = len(animation["samplers"]) - 1
+            animation["channels"].append({"sampler": of, "target": {"node": node, "path": path}})
 
         channel(0, "translation", clip.roots, "VEC3")
         for j in range(len(NAMES)):
@@ -432,19 +436,26 @@ def main(path):
     joints, weights = skin_weights(points)
     mesh = (points, joints, weights)
     edges = np.linalg.norm(points[triangles] - points[np.roll(triangles, 1, axis=1)], axis=2)
-    print(f"{len(points)} vertices, {len(triangles)} triangles, {1000 * volume:.1f} litres, {points[:, 1].max():.3f} m high, "
-          f"edges {1000 * edges.min():.1f} to {1000 * edges.max():.1f} mm; {crossings(points, triangles)} crossings at rest")
+    print(
+        f"{len(points)} vertices, {len(triangles)} triangles, {1000 * volume:.1f} litres, "
+        f"{points[:, 1].max():.3f} m high, edges {1000 * edges.min():.1f} to {1000 * edges.max():.1f} mm; "
+        f"{crossings(points, triangles)} crossings at rest"
+    )
     clips = make_clips(mesh)
     walk = clips[1]
     for clip in clips:
         keys = range(0, len(clip.times), max(1, len(clip.times) // 12)) if clip.name != "dress" else (0, 20, 25)
         poses = [clip.points(i, mesh) for i in keys]
         arm, leg = np.min([gaps(x, joints) for x in poses], axis=0)
-        print(f"{clip.name}: {clip.times[-1]:.2f} s, ground {1000 * min(x[:, 1].min() for x in poses):.1f} to "
-              f"{1000 * max(x[:, 1].min() for x in poses):.1f} mm, forearms {100 * arm:.1f} cm from the trunk, legs {100 * leg:.1f} cm "
-              f"from each other, crossings {max(crossings(x, triangles) for x in poses)}")
+        ground = [1000 * x[:, 1].min() for x in poses]
+        print(
+            f"{clip.name}: {clip.times[-1]:.2f} s, soles at {min(ground):.1f} to {max(ground):.1f} mm, forearms "
+            f"{100 * arm:.1f} cm from trunk and thighs, legs {100 * leg:.1f} cm from each other, "
+            f"{max(crossings(x, triangles) for x in poses)} crossings"
+        )
     reach = [joint_maps(walk.turns[i], walk.roots[i])[NAMES.index("foot_left")][1][2] for i in range(len(walk.times))]
-    print(f"a cycle of the walk would lead {2 * (max(reach) - min(reach)):.2f} m ahead, {2 * (max(reach) - min(reach)) / PERIOD:.2f} m/s")
+    stride = 2 * (max(reach) - min(reach))
+    print(f"a cycle of the walk would lead {stride:.2f} m ahead: {stride / PERIOD:.2f} m/s")
     print(f"{path}: {write_glb(path, points, triangles, joints, weights, clips)} bytes")
 
 
