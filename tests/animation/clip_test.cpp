@@ -51,11 +51,11 @@ void expect_points(const std::vector<Vec3>& found, const std::vector<Vec3>& want
 }
 
 TEST_F(Clip, BendsAStripOfTwoBonesAsLinearBlendSkinningDoes) {
-  for (const int weights : {kFloat, kUnsignedShort, kUnsignedByte}) {
+  for (const int weights : {kGltfFloat, kGltfShort, kGltfByte}) {
     const auto strip = load(bending_strip(120, weights));
     EXPECT_DOUBLE_EQ(strip->duration(), 1);
     // A half has the next bytes above and below it.
-    const double within = weights == kFloat ? of_floats : weights == kUnsignedByte ? 1.1 / 510 : 1.1 / 131070;
+    const double within = weights == kGltfFloat ? of_floats : weights == kGltfByte ? 1.1 / 510 : 1.1 / 131070;
     for (const double time : {0., .25, .5, 1.})
       expect_points(sampled(*strip, time), bent_strip(time * 120 * M_PI / 180), within);
   }
@@ -220,7 +220,7 @@ TEST_F(Clip, GivesAnObjectItsShapeAtTimeZero) {
 GlbBuilder split_sheet() {
   GlbBuilder file;
   const std::vector<float> points{0, 0, 0, 0, 1, 0, 0, 1, 0, 0, 0, 0, -1, 0, 0, 1, 0, 0};
-  const int corners = file.add<std::uint8_t>({0, 1, 4, 2, 3, 5}, "SCALAR", 1, kUnsignedByte);
+  const int corners = file.add<std::uint8_t>({0, 1, 4, 2, 3, 5}, "SCALAR", 1, kGltfByte);
   file.json["meshes"] = {
       {{"primitives", {{{"attributes", {{"POSITION", file.floats(points, "VEC3", 3)}}}, {"indices", corners}}}}}};
   file.json["nodes"] = {{{"mesh", 0}}};

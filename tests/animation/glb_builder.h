@@ -10,7 +10,7 @@
 
 namespace malha {
 
-inline constexpr int kUnsignedByte = 5121, kUnsignedShort = 5123, kFloat = 5126;
+inline constexpr int kGltfByte = 5121, kGltfShort = 5123, kGltfFloat = 5126;
 
 /// A file under construction. What the functions do not write, a test writes into `json`.
 class GlbBuilder {
@@ -32,7 +32,7 @@ class GlbBuilder {
     return static_cast<int>(json["accessors"].size()) - 1;
   }
   int floats(const std::vector<float>& numbers, const std::string& type, int size) {
-    return add(numbers, type, size, kFloat);
+    return add(numbers, type, size, kGltfFloat);
   }
 
   /// Adds a channel to the last clip.
@@ -74,10 +74,10 @@ class GlbBuilder {
 
 /// A strip in the plane z = 0, one wide and two high, of three pairs of vertices at the heights 0, 1 and 2. Its upper
 /// half follows a second joint at the height 1: the pair at the top wholly, the middle one by half.
-inline GlbBuilder two_bone_strip(int weight_type = kFloat) {
+inline GlbBuilder two_bone_strip(int weight_type = kGltfFloat) {
   GlbBuilder file;
   const int points = file.floats({-.5f, 0, 0, .5f, 0, 0, -.5f, 1, 0, .5f, 1, 0, -.5f, 2, 0, .5f, 2, 0}, "VEC3", 3);
-  const int corners = file.add<std::uint16_t>({0, 1, 2, 1, 3, 2, 2, 3, 4, 3, 5, 4}, "SCALAR", 1, kUnsignedShort);
+  const int corners = file.add<std::uint16_t>({0, 1, 2, 1, 3, 2, 2, 3, 4, 3, 5, 4}, "SCALAR", 1, kGltfShort);
   std::vector<float> weights;
   std::vector<std::uint8_t> joints, bytes;
   std::vector<std::uint16_t> shorts;
@@ -87,10 +87,10 @@ inline GlbBuilder two_bone_strip(int weight_type = kFloat) {
     for (const int weight : {255 - of(255), of(255), 0, 0}) bytes.push_back(static_cast<std::uint8_t>(weight));
     for (const int weight : {65535 - of(65535), of(65535), 0, 0}) shorts.push_back(static_cast<std::uint16_t>(weight));
   }
-  const int joint = file.add(joints, "VEC4", 4, kUnsignedByte);
-  const int weight = weight_type == kFloat          ? file.floats(weights, "VEC4", 4)
-                     : weight_type == kUnsignedByte ? file.add(bytes, "VEC4", 4, kUnsignedByte, true)
-                                                    : file.add(shorts, "VEC4", 4, kUnsignedShort, true);
+  const int joint = file.add(joints, "VEC4", 4, kGltfByte);
+  const int weight = weight_type == kGltfFloat  ? file.floats(weights, "VEC4", 4)
+                     : weight_type == kGltfByte ? file.add(bytes, "VEC4", 4, kGltfByte, true)
+                                                : file.add(shorts, "VEC4", 4, kGltfShort, true);
   const int bind = file.floats({1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0,  0, 1,   //
                                 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, -1, 0, 1},  // the joint is at the height 1
                                "MAT4", 16);
@@ -107,7 +107,7 @@ inline GlbBuilder two_bone_strip(int weight_type = kFloat) {
 }
 
 /// A clip of the strip that turns the upper joint by `degrees` about z in a second.
-inline GlbBuilder bending_strip(float degrees, int weight_type = kFloat) {
+inline GlbBuilder bending_strip(float degrees, int weight_type = kGltfFloat) {
   GlbBuilder file = two_bone_strip(weight_type);
   const float half = degrees / 2 * 3.14159265f / 180;
   file.json["animations"] = {{{"name", "bend"}}};
