@@ -72,6 +72,11 @@ std::string full_scene() {
        {"time": 2, "translate": [0, 1, 0], "rotate": {"axis": [0, 1, 0], "degrees": 720}}]},
     {"name": "block", "shape": {"box": {"size": [1, 1, 1], "cells": [1, 1, 1]}}},
     {"name": "rail", "shape": {"bar": {"length": 2, "width": 0.2, "cells": 1}}},
+    {"name": "walker", "shape": {"mesh": "meshes/z.glb"},
+     "animation": {"file": "meshes/walk.glb", "clip": "walk", "speed": 2, "offset": -0.5, "loop": true}},
+    {"name": "swimmer", "shape": {"mesh": "meshes/z.glb"},
+     "animation": {"frames": "meshes/swim_*.ply", "frames_per_second": 24}},
+    {"name": "puppet", "shape": {"mesh": "meshes/z.glb"}, "animation": {"from_code": true}},
     {"name": "tile", "sides": "two_sided", "shape": {"mesh_data": {
       "points": [[0, 0, 0], [0, 0, 1], [1, 0, 0]], "faces": [[0, 1, 2]]}}}
   ],

@@ -48,7 +48,7 @@ must kernels '"kernels/.*"|<(math|stddef|stdint|float|omp|sched)\.h>|<(type_trai
 in_order kernels 'parallel simd geometry measure projection constraints attachments forces filter multilevel self_collision environment patch' '<.*>'
 must host '"(kernels|host|malha)/.*"|<.*>' \
   'host/ includes kernels/ and host/ by their path from the root, malha/, and no tools/ or tests/'
-in_order host 'malha base mesh scene model measure filter projection attachments patch multilevel forces environment self_collision solver fields render report output run' \
+in_order host 'malha base mesh scene animation model measure filter projection attachments patch multilevel forces environment self_collision solver fields render report output run' \
   '"kernels/.*"|"malha/.*"|<.*>'
 must tools '"(kernels|host|malha|tools)/.*"|<.*>' \
   'tools/ includes kernels/, host/ and tools/ by their path from the root, malha/, and no tests/'

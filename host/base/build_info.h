@@ -10,7 +10,7 @@ const char* version();
 const char* compiler();
 /// The flags that affect the code, without include paths and warnings: "-O3 -DNDEBUG -march=native ...".
 const char* flags();
-/// Tells whether the library can write glTF, which needs tinygltf.
+/// Tells whether the library can read and write glTF, which needs tinygltf.
 bool has_gltf();
 
 }  // namespace malha

@@ -3,9 +3,16 @@
 
 #include <algorithm>
 
+#include "host/animation/animation.h"
+
 namespace malha {
 
 std::vector<Vec3> points_in_frame(const EnvironmentMesh& object, double time) {
+  if (object.animation) {
+    std::vector<Vec3> points(object.mesh.points.size());
+    object.animation->sample(time, points);
+    return points;
+  }
   const SetVertices& set = object.set;
   if (set.to.empty()) return object.mesh.points;
   const double s = std::clamp((time - set.start) / (set.end - set.start), 0.0, 1.0);

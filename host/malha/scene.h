@@ -191,14 +191,24 @@ struct BodySpec {
 /// both.
 enum class Sides { Solid, OneSided, TwoSided };
 
-/// Motion of the vertices of an environment object.
+/// Vertices of an environment object that move over time: those of a clip of a glTF file, of frames, or set by the
+/// program.
 struct AnimationSpec {
-  bool from_code = false;
+  std::string file;                         ///< .glb or .gltf with the vertices of the shape; "": the shape's own file
+  std::variant<int, std::string> clip = 0;  ///< of that file: its number or its name
+  /// Instead of a clip: a .pc2 file with the vertices of the shape, or OBJ or PLY files with its vertices and faces,
+  /// one for each frame, as a folder or a pattern with a '*' for the number of the frame; "": none.
+  std::string frames;
+  std::optional<double> frames_per_second;  ///< > 0; of frames
+  double speed = 1;                         ///< > 0, s of the animation in a second of the simulation
+  double offset = 0;                        ///< s of the animation at time 0
+  bool loop = false;                        ///< false: the first pose before the animation, the last one after it
+  bool from_code = false;                   ///< the program sets the vertices; nothing else is set then
 };
 
 struct EnvironmentSpec {
   std::string name;
-  Shape shape;  ///< with faces
+  Shape shape;  ///< with faces; of a glTF file with an animation its pose at time 0
   Transform transform;
   Sides sides = Sides::Solid;
   bool push_out = false;  ///< moves bodies that start inside of a solid out of it; otherwise they are refused
@@ -207,8 +217,8 @@ struct EnvironmentSpec {
   double friction = 0;     ///< Coulomb's mu, >= 0
   double restitution = 0;  ///< [0, 1]
   bool edges = false;      ///< detects contacts of its edges and corners too, not only of its faces with particles
-  std::vector<Keyframe> motion;              ///< empty: the object is at rest
-  std::optional<AnimationSpec> animation{};  ///< of its vertices, which `motion` moves as a whole; none: it is rigid
+  std::vector<Keyframe> motion;            ///< empty: the object is at rest
+  std::optional<AnimationSpec> animation;  ///< of the vertices, before the transform and the motion; none: it is rigid
 };
 
 /// Air, which may move. `drag` acts on particles, `density` on faces; a scene has one of them or both.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/model/body.h"
 
+#include "host/animation/animation.h"
 #include "host/mesh/check_mesh.h"
 #include "host/mesh/generate.h"
 #include "host/mesh/topology.h"
@@ -74,14 +75,16 @@ EnvironmentMesh load_environment(const Scene& scene, std::size_t e, int& zero_ar
   EnvironmentMesh mesh{spec, make_mesh(spec.shape)};
   // The vertices of the environment are not particles: equal positions may be merged, and unused vertices may stay.
   if (const auto* of = std::get_if<MeshFile>(&spec.shape)) weld(mesh.mesh, of->weld.value_or(0), file);
+  if (spec.animation && !spec.animation->from_code) mesh.animation = load_animation(scene, e, mesh.mesh);
+  apply(spec.transform, mesh.mesh);
+  if (mesh.animation) mesh.animation->sample(0, mesh.mesh.points);
   zero_area_faces += check_mesh(mesh.mesh, file, true);
   if (mesh.mesh.faces.empty())
     refuse(scene.file, pointer("environment", e, "shape"), "a shape without faces", "a shape with faces");
-  apply(spec.transform, mesh.mesh);
   if (spec.sides == Sides::Solid)
     require_closed(mesh.mesh, file,
                    "a solid needs a closed mesh (object '" + spec.name + "'; for a sheet: \"sides\": \"two_sided\")");
-  if (!spec.animation) mesh.mesh.vertices = {};  // no later message names them
+  if (!spec.animation || !spec.animation->from_code) mesh.mesh.vertices = {};  // no later message names them
   return mesh;
 }
 

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "host/animation/animation.h"
 #include "host/model/ordering/patches.h"
 #include "host/model/pins.h"
 #include "malha/scene.h"
@@ -95,7 +96,7 @@ struct SetVertices {
 struct EnvironmentMesh {
   EnvironmentSpec spec;
   Mesh mesh;                                     // after the transform of the spec; of an animation at time 0
-  std::shared_ptr<const Animation> animation{};  // null: none, or from code
+  std::shared_ptr<const Animation> animation{};  // of the mesh's points; null: none, or from code
   SetVertices set{};                             // of an animation from code
 };
 

@@ -152,14 +152,23 @@ Scene load_scene(const std::string& path) {
   std::error_code none;
   if (!fs::is_symlink(path, none)) return scene;
   const fs::path target = fs::weakly_canonical(path, none).parent_path();
-  const auto resolve_at_target = [&](Shape& shape) {
-    auto* mesh = std::get_if<MeshFile>(&shape);
-    if (mesh == nullptr || none || fs::exists(mesh->path)) return;
-    const fs::path at_target = (target / fs::path(mesh->path).lexically_relative(folder.empty() ? "." : folder));
-    if (fs::exists(at_target)) mesh->path = at_target.lexically_normal().string();
+  // Of a pattern of files the folder counts.
+  const auto is_there = [](const fs::path& of) {
+    return fs::exists(of.string().find('*') == std::string::npos ? of : of.parent_path());
   };
-  for (BodySpec& body : scene.bodies) resolve_at_target(body.shape);
-  for (EnvironmentSpec& object : scene.environment) resolve_at_target(object.shape);
+  const auto resolve_at_target = [&](std::string& of) {
+    if (of.empty() || none || is_there(of)) return;
+    const fs::path at_target = target / fs::path(of).lexically_relative(folder.empty() ? "." : folder);
+    if (is_there(at_target)) of = at_target.lexically_normal().string();
+  };
+  const auto resolve_shape = [&](Shape& shape) {
+    if (auto* mesh = std::get_if<MeshFile>(&shape)) resolve_at_target(mesh->path);
+  };
+  for (BodySpec& body : scene.bodies) resolve_shape(body.shape);
+  for (EnvironmentSpec& object : scene.environment) {
+    resolve_shape(object.shape);
+    if (object.animation) resolve_at_target(object.animation->file), resolve_at_target(object.animation->frames);
+  }
   return scene;
 }
 

@@ -39,6 +39,13 @@ std::string path_from(const std::string& folder, const fs::path& path) {
 
 }  // namespace
 
+Field path_field(const std::string& key, std::string& path, const std::string& folder) {
+  const auto read = [&path, folder](const JsonReader& at) {
+    path = (fs::path(folder) / at.text()).lexically_normal().string();
+  };
+  return {key, read, false, [&path, key, folder](Json& json) { json[key] = path_from(folder, path); }};
+}
+
 /// The fields of a grid, a box and a tet_box.
 template <class Cells>
 requires requires(Cells of) { of.size, of.cells; }

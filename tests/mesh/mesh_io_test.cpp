@@ -221,9 +221,10 @@ TEST_F(ReadMesh, RefusesWhatIsNoMeshFile) {
   EXPECT_EQ(refusal([&] { read_mesh((folder_ / "folder.ply").string()); }),
             (folder_ / "folder.ply").string() + ": cannot read: Is a directory; allowed: a readable mesh file");
   const std::string unknown = file("a.fbx", "");
-  EXPECT_EQ(refusal([&] { read_mesh(unknown); }), unknown +
-                                                      ": found the extension \".fbx\"; allowed: .obj, .ply, .off or "
-                                                      ".stl, or with tetrahedra .mesh, .msh, .node or .ele");
+  EXPECT_EQ(refusal([&] { read_mesh(unknown); }),
+            unknown +
+                ": found the extension \".fbx\"; allowed: .obj, .ply, .off, .stl, "
+                ".glb or .gltf, or with tetrahedra .mesh, .msh, .node or .ele");
 }
 
 }  // namespace

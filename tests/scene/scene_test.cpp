@@ -117,7 +117,7 @@ TEST(ParseScene, ReadsEveryValueOfAFullScene) {
   EXPECT_EQ(s.bodies[7].constraints.at(1).parameter, 0.4);
   EXPECT_EQ(std::get<TetBoxShape>(s.bodies[7].shape).size, (Vec3{1, 2, 3}));
   EXPECT_EQ(std::get<TetBoxShape>(s.bodies[7].shape).cells, (std::array<int, 3>{1, 2, 3}));
-  ASSERT_EQ(s.environment.size(), 7u);
+  ASSERT_EQ(s.environment.size(), 10u);
   EXPECT_EQ(s.environment[0].sides, Sides::Solid);
   EXPECT_EQ(s.environment[1].sides, Sides::OneSided);
   EXPECT_EQ(s.environment[2].sides, Sides::TwoSided);
@@ -127,6 +127,15 @@ TEST(ParseScene, ReadsEveryValueOfAFullScene) {
   ASSERT_EQ(s.environment[3].motion.size(), 3u);
   EXPECT_EQ(s.environment[3].motion[1].translate, (Vec3{0, 1, 0}));
   EXPECT_EQ(s.environment[3].motion[2].degrees, 720);
+  const AnimationSpec walk = s.environment[6].animation.value(), swim = s.environment[7].animation.value();
+  EXPECT_TRUE(walk.file.ends_with("meshes/walk.glb"));
+  EXPECT_EQ(std::get<std::string>(walk.clip), "walk");
+  EXPECT_EQ(walk.speed, 2);
+  EXPECT_EQ(walk.offset, -.5);
+  EXPECT_TRUE(walk.loop);
+  EXPECT_TRUE(swim.frames.ends_with("meshes/swim_*.ply"));
+  EXPECT_EQ(swim.frames_per_second, 24);
+  EXPECT_TRUE(s.environment[8].animation.value().from_code);
   EXPECT_EQ(s.duration, 2.5);
   EXPECT_EQ(s.outputs.every, 2);
   EXPECT_EQ(s.outputs.formats, (std::vector<std::string>{"vtp", "pc2", "ply", "obj", "glb"}));
@@ -164,6 +173,9 @@ TEST(ToJson, SpellsOutEveryValue) {
     flat.erase("/$schema");
     flat.erase("/bodies/0/shape/mesh");  // absolute there
     flat.erase("/environment/0/shape/mesh");
+    for (const char* object : {"6", "7", "8"})
+      for (const char* path : {"/shape/mesh", "/animation/file", "/animation/frames"})
+        flat.erase("/environment/" + std::string(object) + path);
     flat.erase("/bodies/1/transform/scale");  // three numbers there
     return flat;
   };

@@ -80,7 +80,7 @@ if(TINYGLTF_INCLUDE_DIR AND TINYGLTF_LIBRARY)
   set(TINYGLTF_FOUND TRUE)
 else()
   set(TINYGLTF_FOUND FALSE)
-  message(STATUS "tinygltf: not found; malha run --format glb is refused (Debian: libtinygltf-dev)")
+  message(STATUS "tinygltf: not found; glTF files are refused (Debian: libtinygltf-dev)")
 endif()
 
 # Pages that replay runs contain compressed data and three.js.

@@ -47,6 +47,8 @@ Reader reader_of(const std::string& extension) {
          : extension == ".stl"  ? read_stl
          : extension == ".mesh" ? read_medit
          : extension == ".msh"  ? read_gmsh
+         : extension == ".glb"  ? read_gltf
+         : extension == ".gltf" ? read_gltf
                                 : nullptr;
 }
 bool is_of_pair(const std::string& extension) { return extension == ".node" || extension == ".ele"; }
@@ -58,6 +60,11 @@ bool is_mesh_file(const std::string& path) {
   return reader_of(extension) != nullptr || is_of_pair(extension);
 }
 
+bool is_gltf_file(const std::string& path) {
+  const std::string extension = extension_of(path);
+  return extension == ".glb" || extension == ".gltf";
+}
+
 Mesh read_mesh(const std::string& path) {
   const std::string extension = extension_of(path);
   const Reader reader = reader_of(extension);
@@ -66,7 +73,7 @@ Mesh read_mesh(const std::string& path) {
       (reader == nullptr && (std::filesystem::exists(path + ".node") || std::filesystem::exists(path + ".ele")));
   if (reader == nullptr && !pair)
     refuse(path, "", "the extension \"" + extension + "\"",
-           ".obj, .ply, .off or .stl, or with tetrahedra .mesh, .msh, .node or .ele");
+           ".obj, .ply, .off, .stl, .glb or .gltf, or with tetrahedra .mesh, .msh, .node or .ele");
   Mesh mesh = pair ? read_pair(path) : reader(path, load(path));
   if (mesh.points.empty()) refuse(path, "", "a mesh without vertices", "one vertex or more");
   require_countable(path, mesh.points.size(), "vertices");
