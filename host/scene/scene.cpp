@@ -152,14 +152,16 @@ Scene load_scene(const std::string& path) {
   std::error_code none;
   if (!fs::is_symlink(path, none)) return scene;
   const fs::path target = fs::weakly_canonical(path, none).parent_path();
-  const auto resolve_at_target = [&](Shape& shape) {
-    auto* mesh = std::get_if<MeshFile>(&shape);
+  const auto resolve_at_target = [&](auto* mesh) {
     if (mesh == nullptr || none || fs::exists(mesh->path)) return;
     const fs::path at_target = (target / fs::path(mesh->path).lexically_relative(folder.empty() ? "." : folder));
     if (fs::exists(at_target)) mesh->path = at_target.lexically_normal().string();
   };
-  for (BodySpec& body : scene.bodies) resolve_at_target(body.shape);
-  for (EnvironmentSpec& object : scene.environment) resolve_at_target(object.shape);
+  for (BodySpec& body : scene.bodies) {
+    resolve_at_target(std::get_if<MeshFile>(&body.shape));
+    if (body.rest) resolve_at_target(std::get_if<RestMesh>(&*body.rest));
+  }
+  for (EnvironmentSpec& object : scene.environment) resolve_at_target(std::get_if<MeshFile>(&object.shape));
   return scene;
 }
 

@@ -77,4 +77,13 @@ Mesh read_mesh(const std::string& path) {
   return mesh;
 }
 
+Mesh read_texture_coordinates(const std::string& path) {
+  const std::string extension = extension_of(path);
+  if (extension != ".obj")
+    refuse(path, "", "texture coordinates of a file with the extension \"" + extension + "\"", ".obj");
+  Mesh texture = read_obj_texture(path, load(path));
+  require_countable(path, texture.points.size(), "texture coordinates");
+  return texture;
+}
+
 }  // namespace malha
