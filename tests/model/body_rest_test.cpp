@@ -61,12 +61,12 @@ TEST(BodyRest, FlatPlateOnACylinderHasTheEnergyOfAPlate) {
 }
 
 TEST(BodyRest, FlatHingesOnACylinderHaveTheEnergyOfAPlate) {
-  // Of the hinges only those of quads are isotropic (host/model/material.h).
+  // Of the hinges only those of quads are isotropic (host/model/material.h). They bend all but half a column of cells at
+  // either rim, which has no neighbour.
   const RolledPattern pattern = half_pipe(Cells::Quads);
+  const double bent = energy_of_rolling(pattern) * (pattern.across - 1) / pattern.across;
   for (const char* type : {"bending", "isometric_bending"})
-    EXPECT_NEAR(elastic_at_start(rolled_body(pattern, {bending_of_rigidity(type)})) / energy_of_rolling(pattern), 1,
-                0.02)
-        << type;
+    EXPECT_NEAR(elastic_at_start(rolled_body(pattern, {bending_of_rigidity(type)})) / bent, 1, 2e-3) << type;
 }
 
 TEST(BodyRest, BendingIsFilteredWithTheEnergyOfThePattern) {
@@ -173,8 +173,8 @@ TEST(BodyRest, BallWithASmallerRestShrinksToIt) {
   for (Vec3& x : small)
     for (double& k : x) k *= 0.6;
   ball.rest = RestPoints{small};
-  // So soft that the damping is critical: a ball that overshoots buckles.
-  ball.constraints = {compliant("distance", 10, {"edges"})};
+  // So soft that it does not overshoot: a ball that overshoots buckles.
+  ball.constraints = {compliant("distance", 2, {"edges"})};
   ball.constraints.push_back(bending_of_rigidity("bending"));
   scene.bodies = {ball};
   const Simulation simulation = after(scene, 5);
