@@ -47,6 +47,8 @@ Reader reader_of(const std::string& extension) {
          : extension == ".stl"  ? read_stl
          : extension == ".mesh" ? read_medit
          : extension == ".msh"  ? read_gmsh
+         : extension == ".glb"  ? read_gltf
+         : extension == ".gltf" ? read_gltf
                                 : nullptr;
 }
 bool is_of_pair(const std::string& extension) { return extension == ".node" || extension == ".ele"; }
@@ -66,7 +68,7 @@ Mesh read_mesh(const std::string& path) {
       (reader == nullptr && (std::filesystem::exists(path + ".node") || std::filesystem::exists(path + ".ele")));
   if (reader == nullptr && !pair)
     refuse(path, "", "the extension \"" + extension + "\"",
-           ".obj, .ply, .off or .stl, or with tetrahedra .mesh, .msh, .node or .ele");
+           ".obj, .ply, .off, .stl, .glb or .gltf, or with tetrahedra .mesh, .msh, .node or .ele");
   Mesh mesh = pair ? read_pair(path) : reader(path, load(path));
   if (mesh.points.empty()) refuse(path, "", "a mesh without vertices", "one vertex or more");
   require_countable(path, mesh.points.size(), "vertices");
@@ -79,9 +81,12 @@ Mesh read_mesh(const std::string& path) {
 
 Mesh read_texture_coordinates(const std::string& path) {
   const std::string extension = extension_of(path);
-  if (extension != ".obj")
-    refuse(path, "", "texture coordinates of a file with the extension \"" + extension + "\"", ".obj");
-  Mesh texture = read_obj_texture(path, load(path));
+  const Reader reader = extension == ".obj"                           ? read_obj_texture
+                        : extension == ".glb" || extension == ".gltf" ? read_gltf_texture
+                                                                      : nullptr;
+  if (!reader)
+    refuse(path, "", "texture coordinates of a file with the extension \"" + extension + "\"", ".obj, .glb or .gltf");
+  Mesh texture = reader(path, load(path));
   require_countable(path, texture.points.size(), "texture coordinates");
   return texture;
 }
