@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "host/base/build_info.h"
 #include "host/mesh/generate.h"
 #include "host/mesh/topology.h"
 #include "host/mesh/vectors.h"
@@ -61,12 +62,21 @@ TEST(BodyRest, FlatPlateOnACylinderHasTheEnergyOfAPlate) {
 }
 
 TEST(BodyRest, FlatHingesOnACylinderHaveTheEnergyOfAPlate) {
-  // Of the hinges only those of quads are isotropic (host/model/material.h). They bend all but half a column of cells at
-  // either rim, which has no neighbour.
+  // Of the hinges only those of quads are isotropic (host/model/material.h). They bend all but half a column of cells
+  // at either rim, which has no neighbour.
   const RolledPattern pattern = half_pipe(Cells::Quads);
   const double bent = energy_of_rolling(pattern) * (pattern.across - 1) / pattern.across;
   for (const char* type : {"bending", "isometric_bending"})
     EXPECT_NEAR(elastic_at_start(rolled_body(pattern, {bending_of_rigidity(type)})) / bent, 1, 2e-3) << type;
+}
+
+TEST(BodyRest, MembraneHasTheEnergyOfItsStretchFromThePattern) {
+  const double Y = 50, nu = 0.3, e = 0.1;
+  RolledPattern pattern = rolled_pattern(1, 0.7, 1, 12, 9, false, Cells::Irregular);
+  pattern.start = pattern.flat;
+  for (Vec3& x : pattern.start) x = {3, x[1], (1 + e) * x[0]};  // in another plane
+  EXPECT_NEAR(elastic_at_start(rolled_body(pattern, {membrane_of(Y, nu)})),
+              pattern.area() * Y * e * e / (2 * (1 - nu * nu)), 1e-12);
 }
 
 TEST(BodyRest, BendingIsFilteredWithTheEnergyOfThePattern) {
@@ -250,6 +260,47 @@ TEST(BodyRest, TextureCoordinatesAreTheBitsOfTheirPoints) {
   EXPECT_EQ(hash(by_mesh), wanted);
 }
 
+TEST(BodyRest, TextureCoordinatesOfGltf) {
+  if (!has_gltf()) GTEST_SKIP() << "built without tinygltf";
+  const TemporaryFolder folder;
+  // A sheet without seams has the bits of its listed points, as they are in the file: in float.
+  const RolledPattern sheet = half_pipe(Cells::Irregular);
+  BodySpec by_uv = rolled_body(sheet, {plate_of(kRigidity), membrane_of(50)});
+  by_uv.shape = MeshFile{folder.write("sheet.glb", sheet.glb())}, by_uv.rest = RestUv{2};
+  BodySpec by_points = by_uv;
+  std::vector<Vec3> points = sheet.flat;
+  for (Vec3& x : points)
+    for (double& k : x) k = 2 * static_cast<double>(static_cast<float>(k));
+  by_points.rest = RestPoints{points};
+  const auto hash = [](const BodySpec& body) { return after(scene_at_rest(body), 0.1).state_hash(); };
+  EXPECT_EQ(hash(by_uv), hash(by_points));
+  // A tube has vertices of its own at both sides of its seam, which are welded.
+  const RolledPattern pattern = tube(Cells::Triangles);
+  BodySpec body = rolled_body(pattern, {plate_of(kRigidity)});
+  body.shape = MeshFile{folder.write("tube.glb", pattern.glb()), 0.0}, body.rest = RestUv{1};
+  EXPECT_NEAR(elastic_at_start(body) / energy_of_rolling(pattern), 1, 0.02);
+  EXPECT_EQ(build_model(scene_at_rest(body)).count(), 96 * 41);
+  body.shape = MeshFile{folder.write("tube.glb", pattern.glb(false)), 0.0};
+  const std::string said = refusal([&] { build_model(scene_at_rest(body)); });
+  EXPECT_TRUE(has(said, "/meshes/0/primitives/0/attributes: found no TEXCOORD_0")) << said;
+}
+
+TEST(BodyRest, MeshOfWeldedPiecesHasSeams) {
+  const TemporaryFolder folder;
+  // The file's pieces are welded at the start, and lie apart in the pattern.
+  const RolledPattern pattern = tube(Cells::Irregular);
+  RolledPattern unwelded = pattern, flat = pattern;
+  unwelded.start = pattern.start_of_places(), unwelded.faces = unwelded.corners;
+  flat.start = pattern.flat, flat.faces = flat.corners;
+  BodySpec body = tube_by_uv(pattern, folder, {plate_of(kRigidity), membrane_of(50)});
+  const double wanted = elastic_at_start(body);
+  body.shape = MeshFile{folder.write("unwelded.obj", unwelded.obj()), 0.0};
+  body.rest = RestMesh{folder.write("pattern.obj", flat.obj())};
+  EXPECT_NEAR(elastic_at_start(body) / wanted, 1, 1e-9);
+  body.rest = RestPoints{pattern.flat};
+  EXPECT_NEAR(elastic_at_start(body) / wanted, 1, 1e-9);
+}
+
 TEST(BodyRest, StartAsRestIsNoRest) {
   const RolledPattern pattern = half_pipe(Cells::Irregular);
   BodySpec without = rolled_body(pattern, {plate_of(kRigidity), membrane_of(50)});
@@ -262,6 +313,18 @@ TEST(BodyRest, StartAsRestIsNoRest) {
     return after(scene, 0.1).state_hash();
   };
   EXPECT_EQ(hash(with), hash(without));
+}
+
+TEST(BodyRest, OfOneBodyChangesNoOther) {
+  const auto ends_at = [](bool rests) {
+    BodySpec cloth = rolled_body(half_pipe(Cells::Quads), {plate_of(kRigidity), membrane_of(50)});
+    if (!rests) cloth.rest.reset();
+    BodySpec plain = cloth;
+    plain.name = "plain", plain.rest.reset(), plain.velocity = {1, 2, 3}, plain.spin = {3, 2, 1};
+    const std::vector<Vec3> x = after(scene_of({cloth, plain}, kEarth, 1.0 / 60), 0.1).positions();
+    return std::vector<Vec3>(x.begin() + static_cast<std::ptrdiff_t>(x.size() / 2), x.end());
+  };
+  EXPECT_EQ(ends_at(true), ends_at(false));
 }
 
 TEST(BodyRest, QuadsAndTrianglesMayBeMixed) {

@@ -2,6 +2,7 @@
 // Sheets whose rest shape is a flat pattern while they start on a cylinder, in the forms in which scenes say it.
 #pragma once
 #include <cmath>
+#include <cstdint>
 #include <cstdio>
 #include <string>
 #include <vector>
@@ -43,6 +44,51 @@ struct RolledPattern {
       text += "\n";
     }
     return text;
+  }
+
+  /// The start of each place of the pattern: a glTF file has a vertex for each, also at a seam.
+  std::vector<Vec3> start_of_places() const {
+    std::vector<Vec3> of(flat.size());
+    for (std::size_t f = 0; f < faces.size(); ++f)
+      for (std::size_t k = 0; k < faces[f].size(); ++k) of[corners[f][k]] = start[faces[f][k]];
+    return of;
+  }
+
+  /// A .glb file of triangles, with the pattern as texture coordinates unless they are left out.
+  std::string glb(bool with_texture = true) const {
+    std::string bytes;
+    const auto add = [&bytes](const auto& value) { bytes.append(reinterpret_cast<const char*>(&value), sizeof value); };
+    for (const Vec3& x : start_of_places())
+      for (const double k : x) add(static_cast<float>(k));
+    const std::size_t positions = bytes.size();
+    for (const Vec3& x : flat) add(static_cast<float>(x[0])), add(static_cast<float>(x[1]));
+    const std::size_t texture = bytes.size() - positions;
+    for (const auto& face : corners)
+      for (const int corner : face) add(static_cast<std::uint32_t>(corner));
+    const std::size_t indices = bytes.size() - positions - texture;
+    const auto number = [](std::size_t n) { return std::to_string(n); };
+    const auto view = [&](std::size_t at, std::size_t length) {
+      return R"({"buffer":0,"byteOffset":)" + number(at) + R"(,"byteLength":)" + number(length) + "}";
+    };
+    const auto accessor = [&](int of, std::size_t count, const char* type, const char* component) {
+      return R"({"bufferView":)" + std::to_string(of) + R"(,"count":)" + number(count) + R"(,"type":")" + type +
+             R"(","componentType":)" + component + "}";
+    };
+    std::string json =
+        R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],)"
+        R"("meshes":[{"primitives":[{"attributes":{"POSITION":0)" +
+        std::string(with_texture ? R"(,"TEXCOORD_0":1)" : "") + R"(},"indices":2}]}],"buffers":[{"byteLength":)" +
+        number(bytes.size()) + R"(}],"bufferViews":[)" + view(0, positions) + "," + view(positions, texture) + "," +
+        view(positions + texture, indices) + R"(],"accessors":[)" + accessor(0, flat.size(), "VEC3", "5126") + "," +
+        accessor(1, flat.size(), "VEC2", "5126") + "," + accessor(2, indices / 4, "SCALAR", "5125") + "]}";
+    json.resize((json.size() + 3) / 4 * 4, ' ');
+    const std::string binary = std::move(bytes);
+    bytes = "glTF";
+    const auto word = [&add](std::size_t n) { add(static_cast<std::uint32_t>(n)); };
+    word(2), word(12 + 8 + json.size() + 8 + binary.size());
+    word(json.size()), bytes += "JSON" + json;
+    word(binary.size()), bytes += std::string("BIN\0", 4) + binary;
+    return bytes;
   }
 };
 
