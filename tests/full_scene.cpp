@@ -19,7 +19,7 @@ std::string full_scene() {
   "wind": {"velocity": [1, 0, 0.5], "drag": 0.01, "density": 1.2, "drag_coefficient": 1.1, "lift_coefficient": 0.9},
   "sleep": {"speed": 0.02, "after": 0.25},
   "bodies": [
-    {"name": "from a file", "shape": {"mesh": "meshes/x.obj", "weld": 1e-6}, "density": 0.2,
+    {"name": "from a file", "shape": {"mesh": "meshes/x.obj", "weld": 1e-6}, "density": 0.2, "rest": {"uv": 0.5},
      "transform": {"translate": [1, 2, 3], "rotate": {"axis": [0, 0, 2], "degrees": 90}, "scale": [1, 2, 3]},
      "velocity": [1, 2, 3], "spin": [4, 5, 6], "damping": 0.5,
      "constraints": [
@@ -47,8 +47,10 @@ std::string full_scene() {
        {"type": "isometric_bending", "rigidity": 1e-4, "rest_scale": 0.5},
        {"type": "membrane", "young_modulus": 40, "poisson_ratio": 0.2},
        {"type": "plate", "rigidity": 1e-3, "poisson_ratio": 0.3}]},
-    {"name": "crate", "shape": {"box": {"size": [1, 2, 3], "cells": [1, 2, 3]}}, "mass": 1},
-    {"name": "beam", "shape": {"bar": {"length": 2, "width": 0.2, "cells": 4}}, "mass": 1},
+    {"name": "crate", "shape": {"box": {"size": [1, 2, 3], "cells": [1, 2, 3]}}, "mass": 1,
+     "rest": {"mesh": "meshes/z.obj"}},
+    {"name": "beam", "shape": {"bar": {"length": 2, "width": 0.2, "cells": 4}}, "mass": 1,
+     "rest": {"points": [[0, 0, 0], [1, 0, 0]]}},
     {"name": "rope", "shape": {"chain": {"from": [0, 0, 0], "to": [0, -1, 0], "segments": 9}}, "density": 0.1,
      "pins": [{"row": "first"}], "constraints": [{"type": "long_range", "limit": 0.05}]},
     {"name": "shot", "shape": {"lattice": {"min": [0, 0, 0], "max": [1, 1, 0], "count": [2, 3, 1]}}, "mass": 1},

@@ -47,7 +47,7 @@ Strains::Strains(const Model& model) : particles_(model.x.size()) {
     if (set.type == Distance::name)
       for (int c = 0; c < set.count(); ++c) {
         const int* const ends = &set.particles[std::size_t(c) * 2];
-        add(ends[0], ends[1], rest_value<Distance>(model.x.data(), ends, set.parameter));
+        add(ends[0], ends[1], rest_value<Distance>(rest_positions(model, set), c, set.parameter));
       }
   for (const SpringSet& set : model.springs)
     if (set.type == Distance::name)
@@ -85,13 +85,12 @@ void Residuals::add(const Model& model, const ConstraintSet& set) {
   with_kind(set.type, [&]<class Kind>(Kind) {
     own.rest.reserve(std::size_t(set.count()) * Kind::rest_values);
     for (int c = 0; c < set.count(); ++c) {
-      const int* const particles = &set.particles[std::size_t(c) * Kind::particles];
       double rest[Kind::rest_values];
-      rest_values<Kind>(model.x.data(), particles, set.parameter, rest);
+      rest_values<Kind>(rest_positions(model, set), c, set.parameter, rest);
       own.rest.insert(own.rest.end(), rest, rest + Kind::rest_values);
       if constexpr (multipliers<Kind>() > 1) {
         Vector3<double> q[Kind::particles], grad[Kind::particles];
-        corners<Kind>(model.x.data(), particles, q);
+        rest_positions(model, set).corners<Kind>(c, q);
         double scale;
         const double C = Kind::evaluate(q, rest, true, grad, scale);
         own.rest_C2.push_back(C * C);

@@ -43,12 +43,13 @@ void add_constraint_force(const std::vector<Vec3>& x, const int* particles, cons
 /// Returns sum w |grad C|^2 h^2 at rest, m/N, to be compared with a compliance; 0 by Desbrun's method, which is
 /// implicit.
 template <class Kind>
-double stiffness_in_substeps(const Model& model, const int* particles, const double* rest) {
+double stiffness_in_substeps(const Model& model, const ConstraintSet& set, int c, const double* rest) {
   if (model.scene.solver.type != "pbd") return 0;
   Vector3<double> q[Kind::particles], grad[Kind::particles];
-  corners<Kind>(model.x.data(), particles, q);
+  rest_positions(model, set).corners<Kind>(c, q);
   double scale, sum = 0;
   Kind::evaluate(q, rest, true, grad, scale);
+  const int* const particles = &set.particles[std::size_t(c) * Kind::particles];
   for (int j = 0; j < Kind::particles; ++j) sum += model.w[particles[j]] * dot(grad[j], grad[j]);
   const double h = model.scene.solver.dt / model.scene.solver.substeps;
   return scale > 0 ? sum * h * h * energy_per_C2<Kind>(rest) / (scale * scale) : 0;
@@ -92,8 +93,8 @@ void PinForces::add(const Model& model, const ConstraintSet& set, const std::vec
       const auto user = to_user_indices(model, particles, Kind::particles);
       if (!has_pin(user, release_time)) continue;
       double rest[Kind::rest_values];
-      rest_values<Kind>(model.x.data(), particles, set.parameter, rest);
-      if (!(set.alpha(c) > 0) || stiffness_in_substeps<Kind>(model, particles, rest) > kResolved * set.alpha(c)) {
+      rest_values<Kind>(rest_positions(model, set), c, set.parameter, rest);
+      if (!(set.alpha(c) > 0) || stiffness_in_substeps<Kind>(model, set, c, rest) > kResolved * set.alpha(c)) {
         ++left_out_;
         continue;
       }

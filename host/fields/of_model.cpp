@@ -23,10 +23,11 @@ ClosedSurface::ClosedSurface(const Model& model, const PressureSet& set)
     : particles(to_user_indices(model, set.particles.data(), set.particles.size())) {
   std::vector<int> place(model.x.size(), -1);
   for (std::size_t i = 0; i < set.particles.size(); ++i) place[set.particles[i]] = static_cast<int>(i);
-  const Vector3<double> o = vector(model.x[set.particles[0]]);
+  const std::vector<Vec3>& X = model.at_rest();
+  const Vector3<double> o = vector(X[set.particles[0]]);
   for (const Triangle& t : set.triangles) {
     triangles.push_back({place[t[0]], place[t[1]], place[t[2]]});
-    target += dot(vector(model.x[t[0]]) - o, cross(vector(model.x[t[1]]) - o, vector(model.x[t[2]]) - o)) / 6;
+    target += dot(vector(X[t[0]]) - o, cross(vector(X[t[1]]) - o, vector(X[t[2]]) - o)) / 6;
   }
   target *= set.volume_ratio;
 }

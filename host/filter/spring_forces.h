@@ -153,7 +153,7 @@ class SpringForces {
         std::vector<R> weight, own, stiffness;
         const int first = rows;
         for (int c = 0; c < set.count(); ++c) {
-          const StencilOf<Kind> one = stencil_of<Kind>(set, c, model.x);
+          const StencilOf<Kind> one = stencil_of<Kind>(model, set, c);
           if (std::ranges::all_of(one.own, [](double a) { return a == 0; })) continue;
           for (int j = 0; j < one.n; ++j) particle.push_back(one.particles[j] * kIndexScale<R>);
           for (int k = 0; k < Stencil::vectors; ++k)

@@ -161,7 +161,7 @@ Stiffest stiffest_of(const Model& model) {
   for (const ConstraintSet& set : model.stencils)
     with_stencil(set, [&]<class Kind, class Stencil>(Kind, Stencil) {
       for (int c = 0; c < set.count(); ++c) {
-        const StencilOf<Kind> one = stencil_of<Kind>(set, c, model.x);
+        const StencilOf<Kind> one = stencil_of<Kind>(model, set, c);
         take(one.stiffest(), set.type, one.particles, Kind::particles);
       }
     });

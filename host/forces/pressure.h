@@ -25,7 +25,7 @@ class Pressure {
     compliance_ = set.compliance.value_or(0), alpha_ = compliance_ / (h * h);
     stiffness_ = stiffness_per_projection(set.stiffness, solver, 1);
     lay_out_fans(model.count(), set);
-    const PointArray<Serial, double> rest(model.x);
+    const PointArray<Serial, double> rest(model.at_rest());
     rest_ = parallel_reduce<Sum>(Serial{}, triangles_,
                                  EnclosedVolume<Points<double>>{rest.points(), corners_on_host_.data(), origin_})
                 .value;
@@ -126,8 +126,9 @@ class Pressure {
   /// volume.
   void lay_out_most(const Model& model, const PressureSet& set) {
     std::vector<double> around(model.count(), 0);  // m^2 of all faces around a particle
+    const std::vector<Vec3>& X = model.at_rest();
     for (const Triangle& t : set.triangles)
-      for (const int corner : t) around[corner] += area(model.x[t[0]], model.x[t[1]], model.x[t[2]]);
+      for (const int corner : t) around[corner] += area(X[t[0]], X[t[1]], X[t[2]]);
     const double grown = std::cbrt(std::max(1.0, set.volume_ratio));
     std::vector<R> most;
     for (const int i : set.particles) most.push_back(static_cast<R>(kMaxStretch * grown * grown * around[i] / 3));

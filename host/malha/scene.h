@@ -169,16 +169,35 @@ inline std::optional<double>& modulus_of(ConstraintSpec& spec, const std::string
   return key == "rigidity" ? spec.rigidity : spec.young_modulus;
 }
 
+// Rest shapes apart from the start. They are in metres: the body's transform does not apply to them.
+
+/// A file with the vertices, faces, lines and tetrahedra of the shape, in the same order, at other places.
+struct RestMesh {
+  std::string path;  ///< as of a MeshFile
+};
+/// The flat pattern of a mesh file's texture coordinates (u, v): its points are (u, v, 0) times `metres`. A corner of a
+/// face has a place of its own, so that a pattern may have seams.
+struct RestUv {
+  double metres = 1;  ///< > 0, length of a unit of u and v
+};
+/// A place for each vertex of the shape, in the numbering of the file or the list.
+struct RestPoints {
+  std::vector<Vec3> points;  ///< m
+};
+using Rest = std::variant<RestMesh, RestUv, RestPoints>;
+
 struct BodySpec {
   std::string name;
   Shape shape;
-  Transform transform;     ///< of the mesh; part of the rest state
-  Vec3 velocity{0, 0, 0};  ///< m/s
-  Vec3 spin{0, 0, 0};      ///< rad/s, about the centre of mass
-  /// kg, of the whole body. Particles share it by volume (tetrahedra), area (faces), length (lines) or equally (loose).
+  Transform transform;       ///< of the mesh; part of the rest state, unless `rest` says otherwise
+  std::optional<Rest> rest;  ///< the shape in which nothing is strained; none: that of the start
+  Vec3 velocity{0, 0, 0};    ///< m/s
+  Vec3 spin{0, 0, 0};        ///< rad/s, about the centre of mass
+  /// kg, of the whole body. Particles share it by volume (tetrahedra), area (faces), length (lines) or equally (loose),
+  /// all at rest.
   /// Exactly one of mass and density is required.
   std::optional<double> mass;
-  /// kg/m^2 of faces, kg/m of lines, kg/m^3 of tetrahedra.
+  /// kg/m^2 of faces, kg/m of lines, kg/m^3 of tetrahedra, all at rest.
   std::optional<double> density;
   double damping = 0;  ///< [0, 1] per step dt; 1: only rigid motion remains
   std::vector<Pin> pins;

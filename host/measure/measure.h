@@ -39,16 +39,17 @@ void measure_set(const Executor& executor, const Model& model, const ConstraintS
   with_kind(set.type, [&]<class Kind>(Kind) {
     const double* softness = set.softness.empty() ? nullptr : set.softness.data();
     const int* particles = set.particles.data();
-    const Residual r = parallel_reduce<Residual>(
-        executor, set.count(),
-        MeasureResidual<Kind, Vec3>{model.x.data(), x.data(), model.w.data(), particles, set.parameter, softness});
+    const Residual r =
+        parallel_reduce<Residual>(executor, set.count(),
+                                  MeasureResidual<Kind, Vec3>{rest_positions(model, set), x.data(), model.w.data(),
+                                                              particles, set.parameter, softness});
     m.degenerate += static_cast<std::int64_t>(r.degenerate);
     if constexpr (multipliers<Kind>() > 1)
-      m.elastic +=
-          parallel_reduce<Sum>(executor, set.count(),
-                               MeasureEnergy<Kind, Vec3>{model.x.data(), x.data(), particles, set.parameter, softness})
-              .value /
-          *set.compliance;
+      m.elastic += parallel_reduce<Sum>(executor, set.count(),
+                                        MeasureEnergy<Kind, Vec3>{rest_positions(model, set), x.data(), particles,
+                                                                  set.parameter, softness})
+                       .value /
+                   *set.compliance;
     else if (set.compliance.value_or(0) > 0)
       m.elastic += r.softened / (2 * *set.compliance);
     if (set.type == Distance::name) lengths += r;
@@ -83,10 +84,13 @@ StrainSample sample_strains(const Executor& executor, const Model& model, const 
     const auto set = static_cast<std::size_t>(run.set);
     const int* ends = run.springs ? model.springs[set].ends[0].data() : model.sets[set].particles.data();
     const double* rest = run.springs ? model.springs[set].rest.data() + run.first : nullptr;
-    ends += std::size_t(2) * run.first;
+    const std::size_t first = std::size_t(2) * run.first;
+    ends += first;
     const double scale = run.springs ? 1 : model.sets[set].parameter;
+    const bool has_own = !run.springs && !model.sets[set].rest_corners.empty();
+    const Vec3* const own = has_own ? &model.sets[set].rest_corners[first] : nullptr;
     const auto sum = parallel_reduce<LengthSum>(executor, run.count,
-                                                MeasureLength<Vec3>{model.x.data(), x.data(), ends, scale, rest});
+                                                MeasureLength<Vec3>{model.x.data(), x.data(), ends, scale, rest, own});
     sample.rms.push_back(std::sqrt(sum.strain2 / run.count));
     if (sum.most > sample.largest) sample.largest = sum.most, sample.particle = model.user_index[ends[2 * sum.at]];
   }
@@ -115,8 +119,9 @@ void measure_constraints(const Executor& executor, const Model& model, const std
 template <class Executor>
 void measure_tetrahedra(const Executor& executor, const Model& model, const std::vector<Vec3>& x, Measures& m) {
   for (const std::vector<Tetrahedron>& body : model.tetrahedra) {
-    const Volumes sum = parallel_reduce<Volumes>(executor, static_cast<int>(body.size()),
-                                                 MeasureVolume<Vec3>{model.x.data(), x.data(), body.front().data()});
+    const Volumes sum =
+        parallel_reduce<Volumes>(executor, static_cast<int>(body.size()),
+                                 MeasureVolume<Vec3>{model.at_rest().data(), x.data(), body.front().data()});
     m.has_tetrahedra = true;
     m.volume_ratios.push_back(sum.now / sum.at_rest);
     m.inverted_tetrahedra += static_cast<std::int64_t>(sum.inverted);

@@ -21,7 +21,7 @@ class LengthLimits {
       if (set.type != DistanceLimit::name) continue;
       ends.insert(ends.end(), set.particles.begin(), set.particles.end());
       for (int c = 0; c < set.count(); ++c)
-        longest.push_back(R(rest_value<DistanceLimit>(model.x.data(), &set.particles[2 * c], set.parameter)));
+        longest.push_back(R(rest_value<DistanceLimit>(rest_positions(model, set), c, set.parameter)));
     }
     ends_ = Array<Executor, int>(ends), longest_ = Array<Executor, R>(longest);
   }

@@ -42,29 +42,8 @@ struct UnfoldedTriangle {
 /// 2009).
 class WindowPropagation {
  public:
-  WindowPropagation(const Mesh& mesh, const std::vector<int>& sources)
-      : X_(mesh.points),
-        triangles_(triangles(mesh)),
-        neighbours_(X_.size(),
-                    [&](const auto& add) {
-                      for (const auto& [a, b] : edges(mesh)) add(a, b), add(b, a);
-                      for (const auto& [a, b] : shear(mesh)) add(a, b), add(b, a);
-                    }),
-        sides_(X_.size(),
-               [&](const auto& add) {
-                 for (int s = 0; s < sides(); ++s) add(std::min(first(s), last(s)), s);
-               }),
-        fans_(X_.size(),
-              [&](const auto& add) {
-                for (int s = 0; s < sides(); ++s) add(opposite(s), s);
-              }),
-        unfolded_(triangles_.size() * 3),
-        queued_(triangles_.size() * 3, -1) {
-    for (int s = 0; s < sides(); ++s) unfold(s);
-    find_pseudo_sources(mesh);
-    found_.distance.assign(X_.size(), kInfinite), found_.source.assign(X_.size(), -1);
-    for (const int s : sources) is_pseudo_source_[s] = true, relax(s, 0, s);
-  }
+  WindowPropagation(const RestShape& shape, const std::vector<int>& sources)
+      : WindowPropagation(shape, shape.mesh(), sources) {}
 
   Geodesics run() {
     while (!queue_.empty()) {
@@ -75,13 +54,39 @@ class WindowPropagation {
       else if (event.distance <= found_.distance[event.point])
         propagate_from(event.point);
     }
-    for (std::size_t i = 0; i < X_.size(); ++i)  // rounding may make a distance shorter than the straight line
+    // Rounding may make a distance shorter than the straight line, where a point has one place only.
+    for (std::size_t i = 0; i < points_ && !shape_.has_seams(); ++i)
       if (const int s = found_.source[i]; s >= 0)
-        found_.distance[i] = std::max(found_.distance[i], distance(X_[i], X_[s]));
+        found_.distance[i] = std::max(found_.distance[i], shape_.length(static_cast<int>(i), s));
     return std::move(found_);
   }
 
  private:
+  WindowPropagation(const RestShape& shape, const Mesh& mesh, const std::vector<int>& sources)
+      : shape_(shape),
+        points_(mesh.points.size()),
+        triangles_(triangles(mesh)),
+        neighbours_(points_,
+                    [&](const auto& add) {
+                      for (const auto& [a, b] : edges(mesh)) add(a, b), add(b, a);
+                      for (const auto& [a, b] : shear(mesh)) add(a, b), add(b, a);
+                    }),
+        sides_(points_,
+               [&](const auto& add) {
+                 for (int s = 0; s < sides(); ++s) add(std::min(first(s), last(s)), s);
+               }),
+        fans_(points_,
+              [&](const auto& add) {
+                for (int s = 0; s < sides(); ++s) add(opposite(s), s);
+              }),
+        unfolded_(triangles_.size() * 3),
+        queued_(triangles_.size() * 3, -1) {
+    for (int s = 0; s < sides(); ++s) unfold(s);
+    find_pseudo_sources(mesh);
+    found_.distance.assign(points_, kInfinite), found_.source.assign(points_, -1);
+    for (const int s : sources) is_pseudo_source_[s] = true, relax(s, 0, s);
+  }
+
   struct Event {
     double distance;
     int point, window;                          // one of them is -1
@@ -94,6 +99,13 @@ class WindowPropagation {
   int first(int side) const { return triangles_[side / 3][side % 3]; }
   int last(int side) const { return triangles_[side / 3][(side % 3 + 1) % 3]; }
   int opposite(int side) const { return triangles_[side / 3][(side % 3 + 2) % 3]; }
+  /// The places of first(), last() and opposite() in the side's triangle.
+  std::array<Vec3, 3> corners_of(int side) const {
+    const int points[3] = {first(side), last(side), opposite(side)};
+    std::array<Vec3, 3> X;
+    shape_.corners(Element::Triangles, points, X.data());
+    return X;
+  }
   int next(int side) const { return side / 3 * 3 + (side % 3 + 1) % 3; }
 
   /// Calls f for the sides of other triangles at the same edge.
@@ -107,19 +119,20 @@ class WindowPropagation {
   /// Finds the points at which shortest paths may turn: on the boundary, on lines, at non-manifold edges, and where the
   /// angles around a point sum to more than a full turn (Mitchell, Mount, Papadimitriou 1987).
   void find_pseudo_sources(const Mesh& mesh) {
-    is_pseudo_source_.assign(X_.size(), false);
-    std::vector<double> angle(X_.size(), 0);
+    is_pseudo_source_.assign(points_, false);
+    std::vector<double> angle(points_, 0);
     for (int s = 0; s < sides(); ++s) {
       int twins = 0;
       for_each_twin(s, [&](int) { ++twins; });
       if (twins != 1) is_pseudo_source_[first(s)] = is_pseudo_source_[last(s)] = true;
-      const Vec3 a = minus(X_[first(s)], X_[opposite(s)]), b = minus(X_[last(s)], X_[opposite(s)]), n = cross(a, b);
+      const auto [from, to, beyond] = corners_of(s);
+      const Vec3 a = minus(from, beyond), b = minus(to, beyond), n = cross(a, b);
       const double area = norm(n);
       angle[opposite(s)] += std::atan2(area, dot(a, b));
       if (!(area > 1e-12 * (dot(a, a) + dot(b, b))))
         is_pseudo_source_[first(s)] = is_pseudo_source_[last(s)] = is_pseudo_source_[opposite(s)] = true;
     }
-    for (std::size_t i = 0; i < X_.size(); ++i)
+    for (std::size_t i = 0; i < points_; ++i)
       if (angle[i] > 2 * std::numbers::pi + kSame || fans_[int(i)].empty()) is_pseudo_source_[i] = true;
     std::vector<Edge> of_faces;
     for (int s = 0; s < sides(); ++s) of_faces.push_back({std::min(first(s), last(s)), std::max(first(s), last(s))});
@@ -141,7 +154,7 @@ class WindowPropagation {
   void propagate_from(int i) {
     const double d = found_.distance[i];
     const int source = found_.source[i];
-    for (const int j : neighbours_[i]) relax(j, d + distance(X_[i], X_[j]), source);
+    for (const int j : neighbours_[i]) relax(j, d + shape_.length(i, j), source);
     if (!is_pseudo_source_[i]) return;
     for (const int s : fans_[i]) {
       const UnfoldedTriangle& triangle = unfolded_[s];
@@ -151,7 +164,8 @@ class WindowPropagation {
 
   /// Unfolds the triangle of a side.
   void unfold(int side) {
-    const Vec3 along = minus(X_[last(side)], X_[first(side)]), away = minus(X_[opposite(side)], X_[first(side)]);
+    const auto [from, to, beyond] = corners_of(side);
+    const Vec3 along = minus(to, from), away = minus(beyond, from);
     const double l = norm(along);
     const Vec3 n = cross(along, away);
     unfolded_[side].length = l;
@@ -257,7 +271,8 @@ class WindowPropagation {
     }
   }
 
-  const std::vector<Vec3>& X_;
+  const RestShape& shape_;
+  std::size_t points_;
   std::vector<Triangle> triangles_;
   CompressedLists<int> neighbours_;  // neighbours of a point along edges and diagonals
   CompressedLists<int> sides_;       // sides by the lower of their ends
@@ -272,8 +287,8 @@ class WindowPropagation {
 
 }  // namespace
 
-Geodesics geodesics(const Mesh& mesh, const std::vector<int>& sources) {
-  return WindowPropagation(mesh, sources).run();
+Geodesics geodesics(const RestShape& shape, const std::vector<int>& sources) {
+  return WindowPropagation(shape, sources).run();
 }
 
 }  // namespace malha

@@ -3,7 +3,7 @@
 #pragma once
 #include <vector>
 
-#include "malha/mesh.h"
+#include "host/mesh/rest_shape.h"
 
 namespace malha {
 
@@ -17,7 +17,8 @@ struct Geodesics {
 /// (1e-9) on any mesh, by propagation of windows: parts of edges that straight paths from a source or a pseudo-source
 /// cross (Chen and Han, "Shortest paths on a polyhedron", 1990; Xin and Wang 2009). Adjacent windows with the same
 /// unfolded source are merged: flat meshes have 5 windows per point, a sphere of n points about sqrt(n), half a
-/// microsecond each.
-Geodesics geodesics(const Mesh& mesh, const std::vector<int>& sources);
+/// microsecond each. Beyond a seam of the rest shape with sides of different lengths they are exact up to that
+/// difference.
+Geodesics geodesics(const RestShape& shape, const std::vector<int>& sources);
 
 }  // namespace malha

@@ -221,26 +221,35 @@ void PolygonList::add(const std::vector<int>& corners, std::size_t line) {
   corners_.insert(corners_.end(), corners.begin(), corners.end());
 }
 
-void PolygonList::append_to(Mesh& mesh, const std::string& file) const {
+void PolygonList::append_to(Mesh& mesh, const std::string& file, std::vector<Quad>* added) const {
   mesh.faces.reserve(mesh.faces.size() + faces_.size());
   std::vector<int> corners;
   auto from = corners_.begin();
+  const auto append = [&](const Quad& face) {
+    mesh.faces.push_back(face);
+    if (!added) return;
+    const auto first = static_cast<int>(from - corners_.begin() - static_cast<std::ptrdiff_t>(corners.size()));
+    Quad numbers{-1, -1, -1, -1};
+    for (int k = 0; k < 4; ++k)
+      if (face[k] >= 0) numbers[k] = first + static_cast<int>(std::ranges::find(corners, face[k]) - corners.begin());
+    added->push_back(numbers);
+  };
   std::string place, found;  // of the first face without a triangulation
   int faults = 0;
   for (std::size_t f = 0; f < faces_.size(); ++f) {
     corners.assign(from, from + faces_[f].corners), from += faces_[f].corners;
     if (corners.size() == 3) {
-      mesh.faces.push_back({corners[0], corners[1], corners[2], -1});
+      append({corners[0], corners[1], corners[2], -1});
       continue;
     }
     if (corners.size() > 4) {
       const std::vector<Triangle> triangles = triangulate(mesh.points, corners);
-      for (const auto& [a, b, c] : triangles) mesh.faces.push_back({a, b, c, -1});
+      for (const auto& [a, b, c] : triangles) append({a, b, c, -1});
       if (!triangles.empty()) continue;
     }
     const auto [i, j] = crossing_sides(mesh.points, corners);
     if (i < 0 && corners.size() == 4) {
-      mesh.faces.push_back({corners[0], corners[1], corners[2], corners[3]});
+      append({corners[0], corners[1], corners[2], corners[3]});
       continue;
     }
     if (++faults > 1) continue;

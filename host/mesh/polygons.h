@@ -29,8 +29,9 @@ class PolygonList {
   /// Adds a face of three or more corners. `line` is its line in the file; 0: the file has no lines.
   void add(const std::vector<int>& corners, std::size_t line);
   /// Appends all faces to the mesh in their order: triangles and quads as they are, others triangulated. Throws
-  /// InputError for a face without a triangulation, with the file, the line and the number of the face.
-  void append_to(Mesh& mesh, const std::string& file) const;
+  /// InputError for a face without a triangulation, with the file, the line and the number of the face. `added`, if it
+  /// is given, gets each of those faces in corners instead of points, counted over all faces that were added here.
+  void append_to(Mesh& mesh, const std::string& file, std::vector<Quad>* added = nullptr) const;
 
  private:
   struct Face {

@@ -125,9 +125,9 @@ double signed_volume(const std::vector<Vec3>& points, const std::vector<Triangle
   return six_times / 6;
 }
 
-std::vector<double> masses_by_density(const Mesh& mesh, double density) {
-  const auto& points = mesh.points;
-  std::vector<double> mass(points.size(), 0.0);
+std::vector<double> masses_by_density(const Mesh& mesh, double density, const Mesh& rest) {
+  const auto& points = rest.points;
+  std::vector<double> mass(mesh.points.size(), 0.0);
   const auto normal_of = [&](int a, int b, int c) { return normal(points[a], points[b], points[c]); };
   const auto add_triangle = [&](const Triangle& corners, const Vec3& normal, double weight) {
     const double third = weight * density * norm(normal) / 2 / 3;
@@ -135,13 +135,14 @@ std::vector<double> masses_by_density(const Mesh& mesh, double density) {
   };
   for (const Tetrahedron& tetrahedron : mesh.tetrahedra)
     for (const int corner : tetrahedron) mass[corner] += density * volume(points, tetrahedron) / 4;
-  const std::vector<Quad> none;
-  for (const auto& [a, b, c, d] : mesh.tetrahedra.empty() ? mesh.faces : none) {
+  for (std::size_t f = 0; f < mesh.faces.size() && mesh.tetrahedra.empty(); ++f) {
+    const auto& [a, b, c, d] = mesh.faces[f];
+    const auto& [A, B, C, D] = rest.faces[f];
     if (d < 0) {
-      add_triangle({a, b, c}, normal_of(a, b, c), 1);
+      add_triangle({a, b, c}, normal_of(A, B, C), 1);
     } else {
       // One diagonal of a concave quad lies outside of it; the triangles along that one have opposite normals.
-      const Vec3 abc = normal_of(a, b, c), acd = normal_of(a, c, d), bcd = normal_of(b, c, d), bda = normal_of(b, d, a);
+      const Vec3 abc = normal_of(A, B, C), acd = normal_of(A, C, D), bcd = normal_of(B, C, D), bda = normal_of(B, D, A);
       const bool first = dot(abc, acd) >= 0, second = dot(bcd, bda) >= 0;
       const double share = first == second ? 0.5 : first ? 1 : 0;
       add_triangle({a, b, c}, abc, share), add_triangle({a, c, d}, acd, share);
@@ -155,8 +156,8 @@ std::vector<double> masses_by_density(const Mesh& mesh, double density) {
   return mass;
 }
 
-std::vector<double> masses_by_total(const Mesh& mesh, double mass) {
-  std::vector<double> masses = masses_by_density(mesh, 1);
+std::vector<double> masses_by_total(const Mesh& mesh, double mass, const Mesh& rest) {
+  std::vector<double> masses = masses_by_density(mesh, 1, rest);
   const double equal_share = mass / static_cast<double>(masses.size());
   double shared = 0, for_shared = mass;
   for (const double part : masses) {

@@ -43,11 +43,16 @@ double signed_volume(const std::vector<Vec3>& points, const std::vector<Triangle
 /// its mass to each corner, a quad the mean over its two triangulations, a line half to each end; a point without faces
 /// and lines gets 0. In a mesh with tetrahedra `density` is in kg/m^3, and each tetrahedron gives a quarter of its mass
 /// to each corner; faces then have no mass.
-std::vector<double> masses_by_density(const Mesh& mesh, double density);
+/// `rest`, a mesh in the form of RestShape (host/mesh/rest_shape.h), has the areas, lengths and volumes.
+std::vector<double> masses_by_density(const Mesh& mesh, double density, const Mesh& rest);
+inline std::vector<double> masses_by_density(const Mesh& mesh, double density) {
+  return masses_by_density(mesh, density, mesh);
+}
 
 /// The masses (kg) in the same proportions, scaled to a total of `mass` (kg). A point without faces and lines gets the
 /// equal share mass / points.
-std::vector<double> masses_by_total(const Mesh& mesh, double mass);
+std::vector<double> masses_by_total(const Mesh& mesh, double mass, const Mesh& rest);
+inline std::vector<double> masses_by_total(const Mesh& mesh, double mass) { return masses_by_total(mesh, mass, mesh); }
 
 /// Throws InputError for a mesh that is not a closed surface oriented outwards: for an edge with one face (open) or
 /// with more than two, for neighbours with opposite orientations, and for an enclosed volume that is not positive

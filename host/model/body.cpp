@@ -6,6 +6,7 @@
 #include "host/mesh/generate.h"
 #include "host/mesh/topology.h"
 #include "host/mesh/weld.h"
+#include "host/model/body_rest.h"
 #include "malha/error.h"
 #include "malha/text.h"
 
@@ -16,13 +17,19 @@ std::string origin(const Scene& scene, const Shape& shape) {
   return file ? file->path : scene.file;
 }
 
+const std::vector<Vec3>* places_at_rest(const BodySpec& spec, const Body& body) {
+  const bool in_space = body.rest && !std::holds_alternative<RestUv>(*spec.rest) && !body.shape().has_seams();
+  return in_space ? &body.rest->points : nullptr;
+}
+
 std::string pointer(const char* list, std::size_t index, const char* key) {
   return "/" + std::string(list) + "/" + std::to_string(index) + "/" + key;
 }
 
-Mesh load_body(const Scene& scene, std::size_t index, int& zero_area_faces, std::vector<std::string>& notes) {
+BodyMeshes load_body(const Scene& scene, std::size_t index, int& zero_area_faces, std::vector<std::string>& notes) {
   const BodySpec& spec = scene.bodies[index];
   Mesh mesh = make_mesh(spec.shape);
+  const Mesh as_read = spec.rest ? mesh : Mesh{};
   const std::string body = "body '" + spec.name + "': ";
   const std::string numbers = std::string("; pins, messages and frames keep the ") +
                               (std::holds_alternative<MeshDataShape>(spec.shape) ? "list" : "file") + "'s numbers";
@@ -43,24 +50,29 @@ Mesh load_body(const Scene& scene, std::size_t index, int& zero_area_faces, std:
       notes.push_back(body + "left out " + counted(unused, "vertex", "vertices") + " of no face, line or tetrahedron" +
                       numbers);
   zero_area_faces += check_mesh(mesh, origin(scene, spec.shape), loose);
+  std::optional<Mesh> rest = load_rest(scene, index, as_read, mesh);
   apply(spec.transform, mesh);
-  return mesh;
+  return {std::move(mesh), std::move(rest)};
 }
 
-Body make_body(const Scene& scene, std::size_t index, Mesh mesh, const TearState* torn) {
+Body make_body(const Scene& scene, std::size_t index, BodyMeshes meshes, const TearState* torn) {
   const BodySpec& spec = scene.bodies[index];
   Body body;
-  body.mesh = std::move(mesh);
+  body.mesh = std::move(meshes.mesh), body.rest = std::move(meshes.rest);
   body.boundary = find_boundary_conditions(scene, index, body.mesh);
   if (can_tear(scene) && !body.mesh.tetrahedra.empty())
     refuse(scene.file, pointer("bodies", index, "shape"), "tetrahedra in a scene with a body that tears",
            "bodies of faces and lines there");
   if (torn)
     for (const Split& split : *torn->splits)
-      if (split.body == static_cast<int>(index))
+      if (split.body == static_cast<int>(index)) {
+        if (body.rest && !body.shape().has_seams()) apply(split, *body.rest);  // otherwise corners keep their places
         apply(split, body.mesh), split_boundary_conditions(split.vertex, body.boundary);
+      }
   body.edges = edges(body.mesh);
-  body.mass = spec.mass ? masses_by_total(body.mesh, *spec.mass) : masses_by_density(body.mesh, *spec.density);
+  const Mesh& at_rest = body.rest ? *body.rest : body.mesh;
+  body.mass = spec.mass ? masses_by_total(body.mesh, *spec.mass, at_rest)
+                        : masses_by_density(body.mesh, *spec.density, at_rest);
   for (std::size_t i = 0; i < body.mass.size(); ++i)
     if (!(body.mass[i] > 0))
       refuse(scene.file, pointer("bodies", index, spec.mass ? "mass" : "density"),

@@ -26,6 +26,8 @@ struct Elements {
   // The compliance of each element times the modulus of its material; it is empty for constraints with stiffness or
   // compliance.
   std::vector<double> softness;
+  // The rest positions of the particles (m), for bodies that are not at rest where they start.
+  std::vector<Vec3> rest_corners{};
 };
 
 struct ListedElements {
@@ -47,6 +49,7 @@ void add_to(Elements& elements, const List& list, const std::vector<double>& sof
 /// of the material. `shear` is the rigidity of the diagonals of quads over that of the edges, see edge_softness().
 ListedElements list_elements(Element element, const Body& body, const ConstraintSpec& spec, double shear) {
   const Mesh& mesh = body.mesh;
+  const RestShape shape = body.shape();
   ListedElements listed;
   const auto add = [&listed](const auto& list, const std::vector<double>& softness = {}) {
     add_to(listed.all, list, softness);
@@ -56,13 +59,13 @@ ListedElements list_elements(Element element, const Body& body, const Constraint
     case Element::Edges:
       for (const std::string& on : spec.elements)
         if (on == "shear")
-          add(malha::shear(mesh), material ? shear_softness(mesh) : std::vector<double>{});
+          add(malha::shear(mesh), material ? shear_softness(shape.places()) : std::vector<double>{});
         else
-          add(body.edges, material ? edge_softness(mesh, body.edges, shear) : std::vector<double>{});
+          add(body.edges, material ? edge_softness(shape, body.edges, shear) : std::vector<double>{});
       break;
     case Element::Hinges:
       if (material) {
-        const PlateHinges of_plate = plate_hinges(mesh, body.boundary.pinned);
+        const PlateHinges of_plate = plate_hinges(shape, body.boundary.pinned);
         listed.non_manifold = of_plate.non_manifold;
         add(of_plate.list, of_plate.softness);
       } else {
@@ -76,7 +79,7 @@ ListedElements list_elements(Element element, const Body& body, const Constraint
       add(mesh.tetrahedra);
       break;
     case Element::WingedTriangles: {
-      const WingedTriangles winged = winged_triangles(mesh, body.boundary.pinned);
+      const WingedTriangles winged = winged_triangles(shape, body.boundary.pinned);
       listed.non_manifold = winged.non_manifold;
       add(winged.list, winged.softness);
       add_to(listed.remainder, winged.hinges, winged.hinge_softness);
@@ -114,12 +117,12 @@ std::vector<std::vector<int>> pin_groups(const std::vector<Edge>& edges, const s
 /// Adds attachments for every movable particle of a body that is connected with a pin. It is attached to the nearest
 /// pin of each group of connected pins (a row of pins is one group, two corners are two), at a distance of at most (1 +
 /// limit) times the geodesic distance at rest. Point i of the mesh is the particle solver_index[i].
-void attach_long_range(const Mesh& mesh, const std::vector<Edge>& edges, const std::vector<bool>& pinned, double limit,
-                       const std::vector<int>& solver_index, LongRangeSet& set) {
+void attach_long_range(const RestShape& shape, const std::vector<Edge>& edges, const std::vector<bool>& pinned,
+                       double limit, const std::vector<int>& solver_index, LongRangeSet& set) {
   std::vector<Geodesics> of_groups;
-  for (const std::vector<int>& group : pin_groups(edges, pinned)) of_groups.push_back(geodesics(mesh, group));
+  for (const std::vector<int>& group : pin_groups(edges, pinned)) of_groups.push_back(geodesics(shape, group));
   if (set.begin.empty()) set.begin = {0};
-  for (std::size_t i = 0; i < mesh.points.size(); ++i) {
+  for (std::size_t i = 0; i < pinned.size(); ++i) {
     if (pinned[i]) continue;
     std::vector<std::pair<double, int>> found;
     for (const Geodesics& group : of_groups)
@@ -133,42 +136,48 @@ void attach_long_range(const Mesh& mesh, const std::vector<Edge>& edges, const s
   }
 }
 
-/// Makes a spring of each constraint. `particles` are two for each, X the rest positions (m). The stiffness is 1 /
-/// compliance, or with a rigidity that over the `softness` of the constraint; without either it is the constraint's
-/// stiffness times `full` (N/m).
-SpringSet springs_of(const ConstraintSpec& spec, double full, const std::vector<int>& particles,
-                     const std::vector<double>& softness, const std::vector<Vec3>& X) {
+/// Makes a spring of each constraint, of which x are the start positions (m). The stiffness is 1 / compliance, or with
+/// a rigidity that over the `softness` of the constraint; without either it is the constraint's stiffness times `full`
+/// (N/m).
+SpringSet springs_of(const ConstraintSpec& spec, double full, const Elements& all, const std::vector<Vec3>& x) {
   SpringSet set{spec.type, {}, {}, {}};
-  for (std::size_t c = 0; c < particles.size() / 2; ++c) {
-    const Edge ends{particles[2 * c], particles[2 * c + 1]};
+  for (std::size_t c = 0; c < all.particles.size() / 2; ++c) {
+    const Edge ends{all.particles[2 * c], all.particles[2 * c + 1]};
     if (ends[0] == ends[1]) continue;
-    const double alpha = spec.rigidity ? softness[c] / *spec.rigidity : spec.compliance.value_or(0);
+    const double alpha = spec.rigidity ? all.softness[c] / *spec.rigidity : spec.compliance.value_or(0);
     const double k = alpha > 0 ? 1 / alpha : spec.compliance || spec.rigidity ? full : spec.stiffness * full;
     if (!(k > 0)) continue;
     set.ends.push_back(ends), set.stiffness.push_back(k);
-    set.rest.push_back(spec.parameter * distance(X[ends[0]], X[ends[1]]));
+    const bool has_own = !all.rest_corners.empty();
+    const Vec3 &a = has_own ? all.rest_corners[2 * c] : x[ends[0]],
+               &b = has_own ? all.rest_corners[2 * c + 1] : x[ends[1]];
+    set.rest.push_back(spec.parameter * distance(a, b));
   }
   return set;
 }
 
 /// Gives stencils without compliance one: 1 / (stiffness full lever^2), as of a spring of stiffness times `full` (N/m)
 /// that acts through the stencil's lever. Stencils without a lever or stiffness are removed from the set.
-void soften_by_levers(ConstraintSet& set, double full, const std::vector<Vec3>& X) {
+void soften_by_levers(const Model& model, ConstraintSet& set, double full) {
   std::vector<int> kept;
+  std::vector<Vec3> kept_corners;
   set.compliance = 1, set.softness.clear();
   with_stencil(set, [&]<class Kind, class Stencil>(Kind, Stencil) {
     if constexpr (Kind::strength.accepts_stiffness)
       for (int c = 0; c < set.count(); ++c) {
-        const int* of = &set.particles[std::size_t(c) * set.arity];
+        const std::size_t first = std::size_t(c) * set.arity;
         Vector3<double> q[Kind::particles];
-        corners<Kind>(X.data(), of, q);
+        rest_positions(model, set).corners<Kind>(c, q);
         const double lever = Stencil::lever(q), k = set.stiffness * full * lever * lever;
         if (!(k > 0)) continue;
         set.softness.push_back(1 / k);
-        kept.insert(kept.end(), of, of + set.arity);
+        for (std::size_t j = first; j < first + set.arity; ++j) {
+          kept.push_back(set.particles[j]);
+          if (!set.rest_corners.empty()) kept_corners.push_back(set.rest_corners[j]);
+        }
       }
   });
-  set.particles = std::move(kept);
+  set.particles = std::move(kept), set.rest_corners = std::move(kept_corners);
 }
 
 /// Softens stencils whose stiffness k at a corner of mass m makes h^2 k / m larger than 1e5 in float, 1e12 in double,
@@ -181,7 +190,7 @@ void limit_contrast(const Model& model, ConstraintSet& set) {
   std::vector<double> stiffest, limit;
   with_stencil(set, [&]<class Kind, class Stencil>(Kind, Stencil) {
     for (int c = 0; c < set.count(); ++c) {
-      stiffest.push_back(stencil_of<Kind>(set, c, model.x).stiffest());
+      stiffest.push_back(stencil_of<Kind>(model, set, c).stiffest());
       double w = 0;
       for (int j = 0; j < Kind::particles; ++j)
         w = std::max(w, model.w[set.particles[std::size_t(c) * Kind::particles + j]]);
@@ -246,20 +255,28 @@ class ConstraintBuilder {
       refuse(model_.scene.file, place, "a mesh without elements for " + std::string(Kind::name),
              facts_of(Kind::element).needed);
     }
-    to_solver_order(b, all, Kind::particles);
+    to_solver_order(b, all, Kind::element);
     const bool filtered = is_filtered<Kind>(spec, all);
     add_elements<Kind>(b, spec, std::move(all), filtered);
     if constexpr (requires { typename Kind::Remainder; }) {
       ConstraintSpec other = spec;
       other.type = Kind::Remainder::name, other.parameter = Kind::Remainder::parameter.default_value;
-      to_solver_order(b, remainder, Kind::Remainder::particles);
+      to_solver_order(b, remainder, Kind::Remainder::element);
       add_elements<typename Kind::Remainder>(b, other, std::move(remainder), filtered);
     }
   }
 
-  /// Leaves out elements whose particles are all pinned, and numbers those of the others in the solver's order.
-  void to_solver_order(std::size_t b, Elements& all, int arity) const {
+  /// Leaves out elements whose particles are all pinned, finds where the others rest, and numbers their particles in
+  /// the solver's order.
+  void to_solver_order(std::size_t b, Elements& all, Element element) const {
+    const int arity = facts_of(element).particles;
     drop_pinned(all, arity, bodies_[b].boundary.pinned);
+    if (bodies_[b].rest) {
+      const RestShape shape = bodies_[b].shape();
+      all.rest_corners.resize(all.particles.size());
+      for (std::size_t c = 0; c < all.particles.size(); c += arity)
+        shape.corners(element, &all.particles[c], &all.rest_corners[c]);
+    }
     for (int& i : all.particles) i = solver_of_[model_.render_mesh.body_begin[b] + i];
   }
 
@@ -281,8 +298,15 @@ class ConstraintBuilder {
 
   template <class Kind>
   static ConstraintSet set_of(const ConstraintSpec& spec, Elements all) {
-    return {spec.type,      Kind::particles,          spec.stiffness,         compliance_of<Kind>(spec),
-            spec.parameter, std::move(all.particles), std::move(all.softness)};
+    return {spec.type,
+            Kind::particles,
+            spec.stiffness,
+            compliance_of<Kind>(spec),
+            spec.parameter,
+            std::move(all.particles),
+            std::move(all.softness),
+            {},
+            std::move(all.rest_corners)};
   }
 
   /// The rigidity of the body's diagonals over that of its edges.
@@ -299,6 +323,8 @@ class ConstraintBuilder {
     constexpr double tolerated = 1.5;
     const Body& body = bodies_[b];
     if (!body.mesh.tetrahedra.empty()) return;
+    // A pattern with seams has no place for each point; the start has about its angles.
+    const Mesh& mesh = body.shape().has_seams() ? body.mesh : body.shape().places();
     const auto note = [&](const std::string& type, const Isotropy& found, const std::string& cells,
                           const char* instead) {
       if (found.softest * tolerated >= 1 && found.stiffest <= tolerated) return;
@@ -319,12 +345,12 @@ class ConstraintBuilder {
               stiffness.push_back(*spec.rigidity / all.softness[e]);
         for (const std::string& on : spec.elements) (on == "shear" ? G : Y) += *spec.rigidity;
       } else if (spec.type == "bending" || spec.type == "isometric_bending") {
-        const PlateHinges hinges = plate_hinges(body.mesh, std::vector<bool>(body.mesh.points.size()));
-        note(spec.type, isotropy_of_hinges(body.mesh, hinges.list, hinges.softness), "cells like these", "plate");
+        const PlateHinges hinges = plate_hinges(body.shape(), std::vector<bool>(body.mesh.points.size()));
+        note(spec.type, isotropy_of_hinges(mesh, hinges.list, hinges.softness), "cells like these", "plate");
       }
     }
     if (Y > 0)
-      note("distance", isotropy_of_springs(body.mesh, springs, stiffness, Y, G),
+      note("distance", isotropy_of_springs(mesh, springs, stiffness, Y, G),
            G > 0 ? "cells that are so much longer than wide, or askew" : "triangles like these", "membrane");
   }
 
@@ -339,22 +365,23 @@ class ConstraintBuilder {
     const SolverSpec& solver = model_.scene.solver;
     const std::optional<double> compliance = compliance_of<Kind>(spec);
     if (solver.type == "desbrun" && Kind::filtered == Filtered::Spring) {
-      SpringSet springs = springs_of(spec, solver.desbrun.spring_constant, all.particles, all.softness, model_.x);
+      SpringSet springs = springs_of(spec, solver.desbrun.spring_constant, all, model_.x);
       if (!springs.ends.empty()) model_.springs.push_back(std::move(springs));
       return;
     }
     if (filtered) {
       ConstraintSet set = set_of<Kind>(spec, std::move(all));
-      if (!(compliance.value_or(0) > 0)) soften_by_levers(set, solver.desbrun.spring_constant, model_.x);
+      if (!(compliance.value_or(0) > 0)) soften_by_levers(model_, set, solver.desbrun.spring_constant);
       if (solver.type == "pbd") limit_contrast(model_, set);
       if (set.count() > 0) model_.stencils.push_back(std::move(set));
       return;
     }
     const auto presses = [](const ConstraintSpec& other) { return other.type == "pressure"; };
     const bool pressed = std::ranges::any_of(model_.scene.bodies[b].constraints, presses);
-    ConstraintSet& set = find_set(b, spec, Kind::particles, compliance, !all.softness.empty(), pressed);
+    ConstraintSet& set = find_set(b, spec, Kind::particles, compliance, all, pressed);
     set.particles.insert(set.particles.end(), all.particles.begin(), all.particles.end());
     set.softness.insert(set.softness.end(), all.softness.begin(), all.softness.end());
+    set.rest_corners.insert(set.rest_corners.end(), all.rest_corners.begin(), all.rest_corners.end());
   }
 
   /// Removes elements whose particles are all pinned.
@@ -382,25 +409,27 @@ class ConstraintBuilder {
   /// The set of all bodies with such constraints, or a new one. A set that comes before another one of body b is not
   /// taken, because the body alone would have them in the other order.
   ConstraintSet& find_set(std::size_t b, const ConstraintSpec& spec, int arity, std::optional<double> compliance,
-                          bool softened, bool pressed) {
+                          const Elements& all, bool pressed) {
+    const bool is_softened = !all.softness.empty(), rests_elsewhere = !all.rest_corners.empty();
     std::vector<std::size_t>& own = sets_of_body_[b];
     for (std::size_t k = 0; k < model_.sets.size(); ++k) {
       ConstraintSet& set = model_.sets[k];
       const bool is_own = std::ranges::find(own, k) != own.end();
       if ((!is_own && !own.empty() && k < own.back()) || set.type != spec.type || set.stiffness != spec.stiffness ||
-          set.compliance != compliance || set.parameter != spec.parameter || set.softness.empty() == softened ||
-          set.pressed != pressed)
+          set.compliance != compliance || set.parameter != spec.parameter || set.softness.empty() == is_softened ||
+          set.rest_corners.empty() == rests_elsewhere || set.pressed != pressed)
         continue;
       if (!is_own) own.push_back(k);
       return set;
     }
     own.push_back(model_.sets.size());
     return model_.sets.emplace_back(
-        ConstraintSet{spec.type, arity, spec.stiffness, compliance, spec.parameter, {}, {}, {}, pressed});
+        ConstraintSet{spec.type, arity, spec.stiffness, compliance, spec.parameter, {}, {}, {}, {}, pressed});
   }
 
   void add_pressure(std::size_t b, const ConstraintSpec& spec) {
     const Mesh& mesh = bodies_[b].mesh;
+    require_rest_volume(b);
     require_closed(mesh, origin(model_.scene, model_.scene.bodies[b].shape),
                    "pressure needs a closed mesh (body '" + model_.scene.bodies[b].name + "')");
     PressureSet set{spec.parameter, spec.stiffness, spec.compliance, {}, triangles(mesh)};
@@ -409,6 +438,16 @@ class ConstraintBuilder {
     for (std::size_t i = 0; i < mesh.points.size(); ++i)
       set.particles.push_back(solver_of_[model_.render_mesh.body_begin[b] + i]);
     model_.pressures.push_back(std::move(set));
+  }
+
+  /// Refuses a pressure in a body whose rest mesh encloses nothing, as that of a flat pattern does.
+  void require_rest_volume(std::size_t b) const {
+    const std::vector<Vec3>* const places = places_at_rest(model_.scene.bodies[b], bodies_[b]);
+    if (!places) return;
+    if (const double V = signed_volume(*places, triangles(bodies_[b].mesh)); !(V > 0))
+      refuse(model_.scene.file, pointer("bodies", b, "rest"),
+             "a rest shape that encloses " + shown(V) + " m^3, of a body with pressure",
+             "a rest shape with a volume, or \"uv\", with which pressure refers to the volume at the start");
   }
 
   /// The solver's particles of a body.
@@ -420,7 +459,7 @@ class ConstraintBuilder {
   void add_long_range(std::size_t b, const ConstraintSpec& spec, const std::string& place) {
     const Body& body = bodies_[b];
     const int before = model_.long_range.items();
-    attach_long_range(body.mesh, body.edges, body.boundary.pinned, spec.parameter, solver_particles(b),
+    attach_long_range(body.shape(), body.edges, body.boundary.pinned, spec.parameter, solver_particles(b),
                       model_.long_range);
     if (model_.long_range.items() > before) return;
     const auto& pinned = body.boundary.pinned;

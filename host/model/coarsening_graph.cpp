@@ -171,7 +171,8 @@ class GraphBuilder {
     pinned_.resize(model.count()), mass_.resize(model.count());
     for (int i = 0; i < model.count(); ++i) {
       const int user = model.user_index[i];
-      x_[user] = vector(model.x[i]), w_[user] = w[i], pinned_[user] = w[i] == 0, mass_[user] = w[i] > 0 ? 1 / w[i] : 0;
+      x_[user] = vector(model.at_rest()[i]), w_[user] = w[i], pinned_[user] = w[i] == 0,
+      mass_[user] = w[i] > 0 ? 1 / w[i] : 0;
     }
   }
 
@@ -208,29 +209,38 @@ class GraphBuilder {
     const ConstraintSet& set = model_.sets[s];
     for (int c = 0; c < set.count(); ++c) {
       const int a = model_.user_index[set.particles[2 * c]], b = model_.user_index[set.particles[2 * c + 1]];
-      add(a, b, norm(x_[a] - x_[b]) * set.parameter, s, set.alpha(c));
+      double length = norm(x_[a] - x_[b]);
+      if (!set.rest_corners.empty())
+        length = norm(vector(set.rest_corners[2 * c]) - vector(set.rest_corners[2 * c + 1]));
+      add(a, b, length * set.parameter, s, set.alpha(c));
     }
   }
   /// Adds the sides of a membrane as springs of stiffness Y A / l^2, where A is the area of the incident triangles.
   void add_membrane(int s) {
     const ConstraintSet& set = model_.sets[s];
     const double Y = 1 / set.compliance.value_or(1);
-    std::vector<double> area;
+    std::vector<double> area, sides;  // sides: at rest, where the set has corners of its own
     const std::size_t begin = sheets_.size();
     for (int c = 0; c < set.count(); ++c) {
       SheetTriangle& piece = sheets_.emplace_back(SheetTriangle{{}, Y});
       for (int k = 0; k < 3; ++k) piece.corner[k] = model_.user_index[set.particles[3 * c + k]];
-      const auto& [i, j, k] = piece.corner;
-      area.push_back(norm(cross(x_[j] - x_[i], x_[k] - x_[i])) / 2);
+      Vector X[3];
+      for (int k = 0; k < 3; ++k)
+        X[k] = set.rest_corners.empty() ? x_[piece.corner[k]] : vector(set.rest_corners[3 * c + k]);
+      area.push_back(norm(cross(X[1] - X[0], X[2] - X[0])) / 2);
+      for (int k = 0; k < 3 && !set.rest_corners.empty(); ++k) sides.push_back(norm(X[(k + 1) % 3] - X[k]));
     }
     const auto visit = [&](const auto& add_side) {
       for (std::size_t t = begin; t < sheets_.size(); ++t)
         for (int k = 0; k < 3; ++k) add_side(sheets_[t].corner[k], sheets_[t].corner[(k + 1) % 3]);
     };
     for_each_edge(sorted_sides(x_.size(), visit), [&](auto first, auto last) {
-      double sum = 0;
+      double sum = 0, length = norm(x_[first->low] - x_[first->high]);
       for (auto side = first; side != last; ++side) sum += area[side->number / 3];
-      const double length = norm(x_[first->low] - x_[first->high]);
+      if (!sides.empty()) {
+        length = 0;
+        for (auto side = first; side != last; ++side) length += sides[side->number] / static_cast<double>(last - first);
+      }
       if (sum > 0) add(first->low, first->high, length, s, length * length / (Y * sum));
     });
   }

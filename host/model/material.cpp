@@ -37,9 +37,12 @@ bool is_fixed(const std::vector<bool>& pinned, int a, int b, int c) { return pin
 /// the triangle equilateral. It is 0 if the six points lie on a conic, which an affine map preserves. Equilateral
 /// triangles have 1.07; of Delaunay triangles one in a hundred has less than 0.5, of random diagonals one in 300 less
 /// than 0.2.
-double curvature_condition(const std::vector<Vec3>& points, const std::array<int, 6>& of) {
+double curvature_condition(const RestShape& shape, const std::array<int, 6>& of) {
+  Vec3 rest[6];
+  shape.corners(Element::WingedTriangles, of.data(), rest);
+  constexpr int in_order[6] = {0, 1, 2, 3, 4, 5};
   Vector3<double> X[6];
-  corners<Plate>(points.data(), of.data(), X);
+  corners<Plate>(rest, in_order, X);
   double u[6], v[6], a[3][3], area = 0;
   Plate::unfold(X, u, v);
   if (!(u[1] > 0 && v[2] > 0)) return 0;
@@ -53,9 +56,10 @@ double curvature_condition(const std::vector<Vec3>& points, const std::array<int
   return Eigen::JacobiSVD<Eigen::Matrix3d>(matrix).singularValues()[2] / std::sqrt(area);
 }
 
-double area_of(const Mesh& mesh, const Triangle& t) {
-  const auto from_first = [&](int k) { return minus(mesh.points[t[k]], mesh.points[t[0]]); };
-  return norm(cross(from_first(1), from_first(2))) / 2;
+double area_of(const RestShape& shape, const Triangle& t) {
+  Vec3 X[3];
+  shape.corners(Element::Triangles, t.data(), X);
+  return norm(normal(X[0], X[1], X[2])) / 2;
 }
 
 /// The area that each triangle represents.
@@ -187,7 +191,8 @@ double face_area(const Mesh& mesh, const Quad& face) {
   return is_triangle(face) ? of(0, 1, 2) : 0.5 * (of(0, 1, 2) + of(0, 2, 3) + of(1, 2, 3) + of(1, 3, 0));
 }
 
-std::vector<double> edge_softness(const Mesh& mesh, const std::vector<Edge>& edges, double shear) {
+std::vector<double> edge_softness(const RestShape& shape, const std::vector<Edge>& edges, double shear) {
+  const Mesh &mesh = shape.mesh(), &places = shape.places();
   std::vector<int> face_of, number_in_face;  // of each side, in the order of for_each_face_side
   for (std::size_t f = 0; f < mesh.faces.size(); ++f)
     for (int k = 0; k < (is_triangle(mesh.faces[f]) ? 3 : 4); ++k)
@@ -196,9 +201,9 @@ std::vector<double> edge_softness(const Mesh& mesh, const std::vector<Edge>& edg
   // The share of the area for a side. The diagonals act along the side too, with (side / other side)^2 times their
   // shear stiffness, which is subtracted.
   const auto part_of = [&](int side) {
-    const Quad& face = mesh.faces[face_of[side]];
+    const Quad& face = places.faces[face_of[side]];
     if (is_triangle(face)) return 1.0;
-    const double aspect2 = squared_aspect(mesh, face);
+    const double aspect2 = squared_aspect(places, face);
     const double own2 = rounded_to_one(number_in_face[side] % 2 == 0 ? aspect2 : quotient(1, aspect2));
     return 0.5 * std::max(1 + shear * (1 - own2), kMinSideShare);
   };
@@ -209,10 +214,10 @@ std::vector<double> edge_softness(const Mesh& mesh, const std::vector<Edge>& edg
   });
   std::vector<double> softness(edges.size());
   for_each_edge(all, [&](auto first, auto last) {
-    const double length2 = squared_distance(mesh.points[first->low], mesh.points[first->high]);
+    const double length2 = shape.squared_length(first->low, first->high);
     double share = 0;
     for (auto side = first; side != last; ++side)
-      if (side->number < sides) share += face_area(mesh, mesh.faces[face_of[side->number]]) * part_of(side->number);
+      if (side->number < sides) share += face_area(places, places.faces[face_of[side->number]]) * part_of(side->number);
     for (auto side = first; side != last; ++side)
       if (side->number >= sides) softness[side->number - sides] = share > 0 ? length2 / share : std::sqrt(length2);
   });
@@ -230,15 +235,15 @@ std::vector<double> shear_softness(const Mesh& mesh) {
   return softness;
 }
 
-PlateHinges plate_hinges(const Mesh& mesh, const std::vector<bool>& pinned) {
+PlateHinges plate_hinges(const RestShape& shape, const std::vector<bool>& pinned) {
+  const Mesh &mesh = shape.mesh(), &places = shape.places();
   std::vector<std::array<int, 2>> wings;  // of each side, the corners after it and before it
   for (const Quad& face : mesh.faces) {
     const int corners = is_triangle(face) ? 3 : 4;
     for (int k = 0; k < corners; ++k) wings.push_back({face[(k + 2) % corners], face[(k + corners - 1) % corners]});
   }
   PlateHinges found;
-  const auto& X = mesh.points;
-  const auto sides = sorted_sides(X.size(), [&](auto add) { for_each_face_side(mesh.faces, add); });
+  const auto sides = sorted_sides(mesh.points.size(), [&](auto add) { for_each_face_side(mesh.faces, add); });
   for (const int k : {0, 1})
     for_each_edge(sides, [&](auto first, auto last) {
       if (last - first > 2 && k == 0) ++found.non_manifold;
@@ -250,28 +255,31 @@ PlateHinges plate_hinges(const Mesh& mesh, const std::vector<bool>& pinned) {
       const int count = c[0] == c[1] && d[0] == d[1] ? 1 : 2;
       if (k >= count) return;
       const int wing_c = c[k], wing_d = d[k ^ turned];
-      const double both = (is_fixed(pinned, from, to, wing_c) ? 0 : area(X[from], X[to], X[wing_c])) +
-                          (is_fixed(pinned, from, to, wing_d) ? 0 : area(X[from], X[to], X[wing_d]));
+      const double both = (is_fixed(pinned, from, to, wing_c) ? 0 : shape.area(from, to, wing_c)) +
+                          (is_fixed(pinned, from, to, wing_d) ? 0 : shape.area(from, to, wing_d));
       found.list.push_back({from, to, wing_c, wing_d});
-      found.softness.push_back(quotient(count * both, squared_distance(X[from], X[to])));
+      found.softness.push_back(quotient(count * both, shape.squared_length(from, to)));
     });
-  for (const Quad& face : mesh.faces)
+  for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
+    const Quad &face = mesh.faces[f], &at = places.faces[f];
     for (int k = 0; k < 2 && !is_triangle(face); ++k) {
-      const int from = face[k], to = face[k + 2];
-      found.list.push_back({from, to, face[k + 1], face[(k + 3) % 4]});
-      found.softness.push_back(quotient(squared_distance(X[from], X[to]), face_area(mesh, face)));
+      found.list.push_back({face[k], face[k + 2], face[k + 1], face[(k + 3) % 4]});
+      found.softness.push_back(
+          quotient(squared_distance(places.points[at[k]], places.points[at[k + 2]]), face_area(places, at)));
     }
+  }
   return found;
 }
 
-FoldByCurvature fold_by_curvature(const Mesh& mesh, const std::array<int, 4>& hinge) {
-  const auto& [from, to, c, d] = hinge;
-  const auto& X = mesh.points;
+FoldByCurvature fold_by_curvature(const RestShape& shape, const std::array<int, 4>& hinge) {
+  constexpr int from = 0, to = 1;
+  Vec3 X[4];
+  shape.corners(Element::Hinges, hinge.data(), X);
   const Vec3 edge = minus(X[to], X[from]);
   const double length2 = dot(edge, edge), length = std::sqrt(length2);
   FoldByCurvature fold{0, 0, 0};  // sum over the wings of the lift above the edge, divided by the height
   double side = 1;
-  for (const int wing : {c, d}) {
+  for (const int wing : {2, 3}) {
     const double height = quotient(2 * area(X[from], X[to], X[wing]), length);
     const double foot = quotient(dot(minus(X[wing], X[from]), edge), length);  // m along the edge
     if (!(height > 0)) return {0, 0, 0};
@@ -281,7 +289,8 @@ FoldByCurvature fold_by_curvature(const Mesh& mesh, const std::array<int, 4>& hi
   return fold;
 }
 
-WingedTriangles winged_triangles(const Mesh& mesh, const std::vector<bool>& pinned) {
+WingedTriangles winged_triangles(const RestShape& shape, const std::vector<bool>& pinned) {
+  const Mesh& mesh = shape.mesh();
   constexpr double least = 0.2;  // below this a fit would be 25 times as stiff as the plate against some folds
   // A clamp folds its hinges half as far as a sheet that continues as its mirror image: the energy must be four times
   // that of the adjacent fit.
@@ -297,11 +306,11 @@ WingedTriangles winged_triangles(const Mesh& mesh, const std::vector<bool>& pinn
     // Side k runs from corner k to the next, and is across from the corner before it.
     const std::array<int, 6> of{all[t][0], all[t][1], all[t][2], wing(side + 1), wing(side + 2), wing(side)};
     fixed[t] = pinned[all[t][0]] && pinned[all[t][1]] && pinned[all[t][2]];
-    if (!fixed[t]) area[t] = area_of(mesh, all[t]);
+    if (!fixed[t]) area[t] = area_of(shape, all[t]);
     std::array<int, 6> sorted = of;
     std::ranges::sort(sorted);
     if (sorted[0] < 0 || std::ranges::adjacent_find(sorted) != sorted.end()) continue;
-    if (curvature_condition(mesh.points, of) < least) continue;
+    if (curvature_condition(shape, of) < least) continue;
     whole[t] = true, bends[t] = !fixed[t];
     found.list.push_back(of);
   }
@@ -312,7 +321,7 @@ WingedTriangles winged_triangles(const Mesh& mesh, const std::vector<bool>& pinn
     for (int side = static_cast<int>(3 * t); side < static_cast<int>(3 * t + 3); ++side)
       if (other[side] >= 0) beside += area[other[side] / 3];
     found.softness.push_back(bends[t]     ? area[t] / represented.area[t]
-                             : beside > 0 ? area_of(mesh, all[t]) / (kMirrored * beside)
+                             : beside > 0 ? area_of(shape, all[t]) / (kMirrored * beside)
                                           : 1);
   }
   const auto corner = [&](int side, int ahead) { return all[side / 3][(side + ahead) % 3]; };
@@ -320,12 +329,12 @@ WingedTriangles winged_triangles(const Mesh& mesh, const std::vector<bool>& pinn
     if (other[side] <= side || whole[side / 3] || whole[other[side] / 3]) continue;
     found.hinges.push_back({corner(side, 0), corner(side, 1), corner(side, 2), corner(other[side], 2)});
     const double both = area[side / 3] + area[other[side] / 3];
-    const double length2 = squared_distance(mesh.points[corner(side, 0)], mesh.points[corner(side, 1)]);
+    const double length2 = shape.squared_length(corner(side, 0), corner(side, 1));
     // A hinge connected with a winged triangle gets its share of the energy of a curvature, as a mean over all
     // directions.
     found.hinge_softness.push_back(!(length2 > 0 && both > 0) ? 0
                                    : represented.connected[side / 3]
-                                       ? fold_by_curvature(mesh, found.hinges.back()).most2() / both
+                                       ? fold_by_curvature(shape, found.hinges.back()).most2() / both
                                        : both / length2);
   }
   return found;

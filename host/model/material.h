@@ -6,7 +6,7 @@
 #include <array>
 #include <vector>
 
-#include "malha/mesh.h"
+#include "host/mesh/rest_shape.h"
 
 namespace malha {
 
@@ -20,7 +20,7 @@ double face_area(const Mesh& mesh, const Quad& face);
 /// diagonals of shear modulus G act along a like G a^2 / b^2, on squares like G. Sides a therefore get Y + G (1 - a^2 /
 /// b^2), so that the sheet equals that of squares. Beyond a = b sqrt(1 + Y / G) this would be negative: there a
 /// twentieth of Y is kept.
-std::vector<double> edge_softness(const Mesh& mesh, const std::vector<Edge>& edges, double shear = 0);
+std::vector<double> edge_softness(const RestShape& shape, const std::vector<Edge>& edges, double shear = 0);
 
 /// Softness of both diagonals of every quad, in the order of shear(mesh): twice the area / length^2; rigidity is the
 /// shear modulus times thickness, N/m.
@@ -42,7 +42,7 @@ struct PlateHinges {
 };
 
 /// `pinned`: whether each point is pinned permanently.
-PlateHinges plate_hinges(const Mesh& mesh, const std::vector<bool>& pinned);
+PlateHinges plate_hinges(const RestShape& shape, const std::vector<bool>& pinned);
 
 /// The fold of a hinge by a curvature H of the sheet, xx Hxx + yy Hyy + xy Hxy (m), in the frame whose x axis runs
 /// along the edge and whose y axis points to the first wing.
@@ -52,7 +52,7 @@ struct FoldByCurvature {
   double most2() const { return xx * xx + yy * yy + xy * xy / 2; }
 };
 /// Of an unfolded hinge; all 0 if one of its triangles has no area.
-FoldByCurvature fold_by_curvature(const Mesh& mesh, const std::array<int, 4>& hinge);
+FoldByCurvature fold_by_curvature(const RestShape& shape, const std::array<int, 4>& hinge);
 
 /// Triangles with their three neighbours, the elements of `plate` (kernels/constraints/plate.h).
 struct WingedTriangles {
@@ -69,8 +69,8 @@ struct WingedTriangles {
   int non_manifold = 0;  // number of edges with more than two triangles, which do not bend
 };
 
-/// The winged triangles of triangles(mesh). `pinned`: whether each point is pinned permanently.
-WingedTriangles winged_triangles(const Mesh& mesh, const std::vector<bool>& pinned);
+/// The winged triangles of triangles(shape.mesh()). `pinned`: whether each point is pinned permanently.
+WingedTriangles winged_triangles(const RestShape& shape, const std::vector<bool>& pinned);
 
 /// Stiffness against a strain or curvature along a direction, relative to the isotropic sheet: in the softest and in
 /// the stiffest direction, as means over the interior vertices. Each vertex has half of each of its edges and hinges,

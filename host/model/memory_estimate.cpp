@@ -17,9 +17,10 @@ void for_each_array(M& model, const Visit& visit) {
   visit(render_mesh.points), visit(render_mesh.faces), visit(render_mesh.lines);
   visit(render_mesh.body_begin), visit(render_mesh.face_begin), visit(render_mesh.line_begin);
   for (auto& file : render_mesh.vertices) visit(file.point), visit(file.position), visit(file.faces);
-  visit(model.user_index), visit(model.x), visit(model.v), visit(model.w), visit(model.mass);
+  for (auto& rest : render_mesh.rest) visit(rest.points), visit(rest.faces), visit(rest.lines);
+  visit(model.rest_x), visit(model.user_index), visit(model.x), visit(model.v), visit(model.w), visit(model.mass);
   for (auto* sets : {&model.sets, &model.stencils})
-    for (auto& set : *sets) visit(set.particles), visit(set.softness);
+    for (auto& set : *sets) visit(set.particles), visit(set.softness), visit(set.rest_corners);
   for (auto& set : model.springs) visit(set.ends), visit(set.stiffness), visit(set.rest);
   for (auto& set : model.pressures) visit(set.particles), visit(set.triangles);
   for (auto& body : model.tetrahedra) visit(body);

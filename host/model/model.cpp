@@ -2,9 +2,11 @@
 #include "host/model/model.h"
 
 #include <algorithm>
+#include <map>
 
 #include "host/base/build_info.h"
 #include "host/base/stopwatch.h"
+#include "host/mesh/bounding_box.h"
 #include "host/mesh/topology.h"
 #include "host/mesh/vectors.h"
 #include "host/mesh/weld.h"
@@ -31,6 +33,7 @@ void renumber(Model& model, const std::vector<int>& order) {
   const std::vector<int> now = solver_of(order);
   const auto reorder = [&](auto& values) { values = in_solver_order(values, order); };
   reorder(model.user_index), reorder(model.x), reorder(model.v), reorder(model.w), reorder(model.mass);
+  if (!model.rest_x.empty()) reorder(model.rest_x);
   const auto remap = [&](int& i) { i = now[i]; };
   for (ConstraintSet& set : model.sets) std::ranges::for_each(set.particles, remap);
   for (ConstraintSet& set : model.stencils) std::ranges::for_each(set.particles, remap);
@@ -109,7 +112,7 @@ class Builder {
     took.load = seconds([&] {
       ErrorList errors;
       for (std::size_t b = 0; b < scene.bodies.size(); ++b)
-        errors.collect([&] { add_body(make_body(scene, b, mesh_of(b), torn_)); });
+        errors.collect([&] { add_body(make_body(scene, b, meshes_of(b), torn_)); });
       if (torn_)
         model_.environment = *torn_->environment, model_.zero_area_faces = torn_->zero_area_faces;
       else
@@ -144,8 +147,11 @@ class Builder {
     }
   }
 
-  Mesh mesh_of(std::size_t b) {
-    return torn_ ? body_mesh(*torn_->intact, b) : load_body(model_.scene, b, model_.zero_area_faces, model_.notes);
+  BodyMeshes meshes_of(std::size_t b) {
+    if (!torn_) return load_body(model_.scene, b, model_.zero_area_faces, model_.notes);
+    BodyMeshes meshes{body_mesh(*torn_->intact, b), {}};
+    if (model_.scene.bodies[b].rest) meshes.rest = torn_->intact->rest[b];
+    return meshes;
   }
 
   void add_body(Body body) {
@@ -162,6 +168,10 @@ class Builder {
     render_mesh.face_begin.push_back(static_cast<int>(render_mesh.faces.size()));
     render_mesh.line_begin.push_back(static_cast<int>(render_mesh.lines.size()));
     render_mesh.vertices.push_back(body.mesh.vertices);
+    if (body.rest) {
+      render_mesh.rest.resize(bodies_.size());
+      render_mesh.rest.push_back(*body.rest);
+    }
     bodies_.push_back(std::move(body));
   }
 
@@ -182,6 +192,7 @@ class Builder {
 
     model_.x.resize(n), model_.v.resize(n), model_.w.resize(n), model_.mass.resize(n);
     for (std::size_t b = 0; b < bodies_.size(); ++b) fill_particles(b);
+    if (!model_.render_mesh.rest.empty()) fill_places_at_rest();
 
     for (int i = 0, end; i < n; i = end) {
       for (end = i; end < n && component_[end] == component_[i];) ++end;
@@ -230,6 +241,27 @@ class Builder {
       for (int k = 0; k < 3; ++k) model_.v[at][k] = pinned[i] ? 0 : spec.velocity[k] + turn[k];
     }
     add_boundary_conditions(b);
+  }
+
+  /// Components of a body stand side by side in them, because a pattern may have its pieces over each other.
+  void fill_places_at_rest() {
+    model_.render_mesh.rest.resize(bodies_.size());
+    const auto& self = model_.scene.self_collision;
+    for (std::size_t b = 0; b < bodies_.size(); ++b) {
+      const std::vector<Vec3>* const places = places_at_rest(model_.scene.bodies[b], bodies_[b]);
+      if (!places) continue;
+      if (model_.rest_x.empty()) model_.rest_x = model_.x;
+      const int first = model_.render_mesh.body_begin[b];
+      const auto [low, high] = bounds_of(*places);
+      const double beside = high[0] - low[0] + (self ? 4 * self->thickness : 0);
+      std::map<int, int> number;  // of each component
+      for (std::size_t i = 0; i < places->size(); ++i) {
+        const int at = solver_of_[first + i];
+        const int component = number.try_emplace(component_[at], static_cast<int>(number.size())).first->second;
+        model_.rest_x[at] = (*places)[i];
+        model_.rest_x[at][0] += component * beside;
+      }
+    }
   }
 
   void add_boundary_conditions(std::size_t b) {

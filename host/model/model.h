@@ -7,8 +7,10 @@
 #include <vector>
 
 #include "host/animation/animation.h"
+#include "host/mesh/rest_shape.h"
 #include "host/model/ordering/patches.h"
 #include "host/model/pins.h"
+#include "kernels/projection/rest.h"
 #include "malha/scene.h"
 
 namespace malha {
@@ -25,7 +27,9 @@ struct ConstraintSet {
   std::vector<int> particles;    // arity for each constraint
   std::vector<double> softness;  // factor of the compliance of each constraint, as of a material; empty: 1
   std::vector<double> rest{};    // rest value of each constraint; empty: that of the rest positions
-  bool pressed = false;          // true if its bodies have a pressure
+  // Rest positions of the corners (m), arity for each constraint; empty: the start positions of the particles.
+  std::vector<Vec3> rest_corners{};
+  bool pressed = false;  // true if its bodies have a pressure
   int count() const { return static_cast<int>(particles.size()) / arity; }
   /// The compliance of constraint c; 0 if the set has none.
   double alpha(int c) const { return compliance.value_or(0) * (softness.empty() ? 1 : softness[c]); }
@@ -85,6 +89,9 @@ struct RenderMesh {
   std::vector<int> body_begin;              // first particle of each body, then the number of particles
   std::vector<int> face_begin, line_begin;  // first face and line of each body, then their numbers
   std::vector<FileVertices> vertices;       // of each body, before any tear
+  // The rest mesh of each body in the form of RestShape (host/mesh/rest_shape.h), without points where the body is at
+  // rest at the start; empty if all are.
+  std::vector<Mesh> rest;
 };
 
 /// Vertices of an object that the program sets: they move from one place to the next in a step, and rest otherwise.
@@ -134,8 +141,23 @@ struct Model {
   bool interactive = false;        // particles may be dragged or held (host/attachments/particle_handles.h)
   int zero_area_faces = 0;         // dropped from meshes, see check_mesh()
   std::vector<std::string> notes;  // lines for the user about the scene and its meshes
+  // m, the place of each particle at rest; empty if no body has a rest mesh. Of one with seams, or of texture
+  // coordinates, it is that of the start.
+  std::vector<Vec3> rest_x;
   int count() const { return static_cast<int>(x.size()); }
+  const std::vector<Vec3>& at_rest() const { return rest_x.empty() ? x : rest_x; }
 };
+
+/// The rest positions of a set's constraints, for rest_values() (kernels/projection/rest.h).
+inline RestPositions<Vec3> rest_positions(const Model& model, const ConstraintSet& set) {
+  return {model.x.data(), set.particles.data(), set.rest_corners.empty() ? nullptr : set.rest_corners.data()};
+}
+
+/// The rest shape of a body, whose mesh is body_mesh() of it.
+inline RestShape rest_shape(const RenderMesh& render_mesh, std::size_t body, const Mesh& mesh) {
+  const bool has_rest = !render_mesh.rest.empty() && !render_mesh.rest[body].points.empty();
+  return {mesh, has_rest ? &render_mesh.rest[body] : nullptr};
+}
 
 /// Builds the model of a scene: reads or generates its meshes, checks them, and lays the model out. The result is the
 /// same for any number of threads. Throws InputError.

@@ -90,13 +90,17 @@ RestGraph rest_graph(const Model& model, const std::vector<double>& w) {
   graph.x.resize(n), graph.normal.assign(n, Vector{0, 0, 0}), graph.folded.assign(n, false);
   graph.mass.resize(n), graph.pinned.resize(n);
   for (int i = 0; i < n; ++i) {
-    graph.x[model.user_index[i]] = vector(model.x[i]);
+    graph.x[model.user_index[i]] = vector(model.at_rest()[i]);
     graph.mass[model.user_index[i]] = model.mass[i], graph.pinned[model.user_index[i]] = w[i] == 0;
   }
   graph.mean = graph.x;
   for (std::size_t b = 0; b + 1 < model.render_mesh.body_begin.size(); ++b) {
-    const Mesh mesh = body_mesh(model.render_mesh, b);
+    Mesh mesh = body_mesh(model.render_mesh, b);
     const int first = model.render_mesh.body_begin[b];
+    for (std::size_t i = 0; i < mesh.points.size() && !model.rest_x.empty(); ++i) {
+      const Vector& at = graph.x[first + i];
+      mesh.points[i] = {at.x, at.y, at.z};
+    }
     compute_normals(mesh, &graph.normal[first], graph.folded, first);
     for_each_side(mesh, [&](int i, int j) {
       if (graph.pinned[first + i] && graph.pinned[first + j]) graph.nearby.push_back({first + i, first + j});

@@ -77,6 +77,15 @@ SelfSurface surface_of(const Model& model, const std::vector<std::string>& named
 SelfSurface self_surface(const Model& model) { return surface_of(model, model.scene.self_collision->bodies); }
 SelfSurface bodies_surface(const Model& model) { return surface_of(model, {}); }
 
+std::vector<Vec3> at_rest_in_bodies(const Model& model) {
+  std::vector<Vec3> places = model.rest_x;
+  if (places.empty()) return places;
+  const std::vector<int> number = solver_of(model.user_index), body = bodies_of(model);
+  for (std::size_t i = 0; i < places.size(); ++i)
+    places[i] = minus(places[i], model.rest_x[number[model.render_mesh.body_begin[body[i]]]]);
+  return places;
+}
+
 namespace {
 
 /// The principal directions of the edges (as rows). Along these axes the boxes of long thin triangles are thin too.

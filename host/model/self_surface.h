@@ -23,6 +23,10 @@ SelfSurface self_surface(const Model& model);
 /// The surface of all bodies.
 SelfSurface bodies_surface(const Model& model);
 
+/// Where each particle (the solver's order) is at rest, from the first particle of its body, m; empty if no body has
+/// places at rest apart from the start.
+std::vector<Vec3> at_rest_in_bodies(const Model& model);
+
 /// An edge that crosses a triangle, in the solver's numbering.
 struct CrossingPair {
   Edge edge;

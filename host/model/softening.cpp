@@ -21,9 +21,10 @@ double squared_rate(const Model& model, const ConstraintSet& set, int c) {
   constexpr int n = Kind::particles;
   const int* of = &set.particles[std::size_t(c) * n];
   double rest[Kind::rest_values], scale = 0, sum = 0;
-  rest_values<Kind>(model.x.data(), of, set.parameter, rest);
+  const RestPositions<Vec3> at_rest = rest_positions(model, set);
+  rest_values<Kind>(at_rest, c, set.parameter, rest);
   Vector3<double> q[n], grad[n];
-  corners<Kind>(model.x.data(), of, q);
+  at_rest.corners<Kind>(c, q);
   Kind::evaluate(q, rest, true, grad, scale);
   for (int j = 0; j < n; ++j) sum += model.w[of[j]] * dot(grad[j], grad[j]);
   return sum > 0 && scale > 0 ? sum / (set.alpha(c) * scale * scale) : 0;
@@ -104,7 +105,7 @@ BendingStep bending_step(const Model& model, const ConstraintSet& set) {
           const double s = h * h * squared_rate<Kind>(model, set, c);
           if (!(s > 0)) continue;
           double rest[Kind::rest_values], fold = 0;
-          rest_values<Kind>(model.x.data(), &set.particles[std::size_t(c) * Kind::particles], set.parameter, rest);
+          rest_values<Kind>(rest_positions(model, set), c, set.parameter, rest);
           for (int k = 0; k < folds<Kind>(); ++k) fold = std::max(fold, std::abs(rest[k]));
           all.push_back(s), turning2 += s * fold * fold, share = share_of_s<Kind>();
         }

@@ -36,13 +36,13 @@ struct StencilOf {
   }
 };
 
-/// Stencil c of a set, at the rest positions X (m).
+/// Stencil c of a set of the model.
 template <class Kind>
-StencilOf<Kind> stencil_of(const ConstraintSet& set, int c, const std::vector<Vec3>& X) {
+StencilOf<Kind> stencil_of(const Model& model, const ConstraintSet& set, int c) {
   using Stencil = typename Kind::Stencil;
   StencilOf<Kind> one{&set.particles[std::size_t(c) * Kind::particles], set.alpha(c), {}, {}};
   Vector3<double> q[Kind::particles];
-  corners<Kind>(X.data(), one.particles, q);
+  rest_positions(model, set).corners<Kind>(c, q);
   Stencil::weights(q, set.parameter, one.weights, one.own);
   return one;
 }
@@ -52,7 +52,7 @@ template <class F>
 void for_each_stencil(const Model& model, F&& f) {
   for (const ConstraintSet& set : model.stencils)
     with_stencil(set, [&]<class Kind, class Stencil>(Kind, Stencil) {
-      for (int c = 0; c < set.count(); ++c) f(stencil_of<Kind>(set, c, model.x));
+      for (int c = 0; c < set.count(); ++c) f(stencil_of<Kind>(model, set, c));
     });
 }
 

@@ -2,6 +2,7 @@
 #include "host/model/tear.h"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <set>
 
@@ -32,10 +33,15 @@ void each_corner(const Mesh& mesh, int element, const Visit& visit) {
 class Tearer {
  public:
   /// `x` are the positions of the body's particles, `pinned` whether each of them is pinned.
-  Tearer(int body, const Mesh& rest, const Vec3* x, std::vector<bool> pinned)
-      : body_(body), rest_(rest), x_(x), excluded_(std::move(pinned)), incident_(rest.points.size()) {
-    for (int e = 0; e < elements_of(rest); ++e)
-      each_corner(rest, e, [&](int corner) { incident_[corner].push_back(e); });
+  Tearer(int body, const RestShape& shape, const Vec3* x, std::vector<bool> pinned)
+      : body_(body),
+        shape_(shape),
+        mesh_(shape.mesh()),
+        x_(x),
+        excluded_(std::move(pinned)),
+        incident_(mesh_.points.size()) {
+    for (int e = 0; e < elements_of(mesh_); ++e)
+      each_corner(mesh_, e, [&](int corner) { incident_[corner].push_back(e); });
   }
 
   std::vector<Split> find(double limit) {
@@ -44,8 +50,8 @@ class Tearer {
       Edge edge;
     };
     std::vector<Strained> strained;
-    for (const Edge& e : edges(rest_)) {
-      const double strain = norm(minus(x_[e[1]], x_[e[0]])) / norm(minus(rest_.points[e[1]], rest_.points[e[0]])) - 1;
+    for (const Edge& e : edges(mesh_)) {
+      const double strain = norm(minus(x_[e[1]], x_[e[0]])) / std::sqrt(shape_.squared_length(e[1], e[0])) - 1;
       if (strain > limit) strained.push_back({strain, e});
     }
     std::ranges::stable_sort(strained, [](const Strained& a, const Strained& b) { return a.strain > b.strain; });
@@ -60,7 +66,7 @@ class Tearer {
   bool split(int vertex, int along, std::vector<Split>& splits) {
     if (excluded_[vertex]) return false;
     const Vec3 direction = minus(x_[along], x_[vertex]);
-    const int faces = static_cast<int>(rest_.faces.size());
+    const int faces = static_cast<int>(mesh_.faces.size());
     Split split{body_, vertex, {}, {}};
     std::size_t stay = 0;
     for (const int element : incident_[vertex]) {
@@ -73,7 +79,7 @@ class Tearer {
     }
     if (stay == 0 || stay == incident_[vertex].size()) return false;
     for (const int element : incident_[vertex])
-      each_corner(rest_, element, [this](int corner) { excluded_[corner] = true; });
+      each_corner(mesh_, element, [this](int corner) { excluded_[corner] = true; });
     splits.push_back(std::move(split));
     return true;
   }
@@ -81,7 +87,7 @@ class Tearer {
   Vec3 centre(int element) const {
     Vec3 sum{0, 0, 0};
     int corners = 0;
-    each_corner(rest_, element, [&](int i) {
+    each_corner(mesh_, element, [&](int i) {
       for (int k = 0; k < 3; ++k) sum[k] += x_[i][k];
       ++corners;
     });
@@ -89,7 +95,8 @@ class Tearer {
   }
 
   int body_;
-  const Mesh& rest_;
+  const RestShape& shape_;
+  const Mesh& mesh_;
   const Vec3* x_;
   std::vector<bool> excluded_;              // pinned, or in the neighbourhood of a vertex that splits now
   std::vector<std::vector<int>> incident_;  // faces and lines of each vertex; lines are numbered after the faces
@@ -209,8 +216,9 @@ std::vector<Split> find_tears(const Model& model, const std::vector<Vec3>& x, co
     const auto& tear = model.scene.bodies[b].tear;
     if (!tear) continue;
     const int begin = model.render_mesh.body_begin[b], end = model.render_mesh.body_begin[b + 1];
-    const Mesh rest = body_mesh(model.render_mesh, b);
-    Tearer tearer(static_cast<int>(b), rest, &x[begin], {pinned.begin() + begin, pinned.begin() + end});
+    const Mesh mesh = body_mesh(model.render_mesh, b);
+    const RestShape shape = rest_shape(model.render_mesh, b, mesh);
+    Tearer tearer(static_cast<int>(b), shape, &x[begin], {pinned.begin() + begin, pinned.begin() + end});
     const std::vector<Split> found = tearer.find(tear->strain);
     all.insert(all.end(), found.begin(), found.end());
   }
@@ -223,13 +231,14 @@ TearableEdges tearable_edges(const Model& model) {
   for (std::size_t b = 0; b < model.scene.bodies.size(); ++b) {
     const auto& tear = model.scene.bodies[b].tear;
     if (!tear) continue;
-    const Mesh rest = body_mesh(model.render_mesh, b);
-    for (const Edge& e : edges(rest)) {
+    const Mesh mesh = body_mesh(model.render_mesh, b);
+    const RestShape shape = rest_shape(model.render_mesh, b, mesh);
+    for (const Edge& e : edges(mesh)) {
       const int first = model.render_mesh.body_begin[b];
       const Edge ends{number[first + e[0]], number[first + e[1]]};
       if (!(model.w[ends[0]] > 0) && !(model.w[ends[1]] > 0)) continue;  // neither end can split
       found.ends.push_back(ends);
-      found.max_length.push_back((1 + tear->strain) * norm(minus(rest.points[e[1]], rest.points[e[0]])));
+      found.max_length.push_back((1 + tear->strain) * std::sqrt(shape.squared_length(e[1], e[0])));
     }
   }
   return found;

@@ -49,7 +49,7 @@ struct TearState {
 /// that the two parts of a vertex together have its mass.
 Model build_torn_model(const Scene& scene, const TearState& torn, int threads = 1, const PatchBounds& bounds = {});
 
-/// The mesh of a body in its rest shape, in the body's numbering.
+/// The mesh of a body at the start, in the body's numbering.
 Mesh body_mesh(const RenderMesh& render_mesh, std::size_t body);
 
 /// The edges that may tear, in the solver's numbering, and the lengths (m) beyond which they do.

@@ -9,6 +9,7 @@
 #include "host/base/median.h"
 #include "host/mesh/bounding_box.h"
 #include "host/mesh/vectors.h"
+#include "host/mesh/weld.h"
 #include "malha/text.h"
 
 namespace malha {
@@ -25,13 +26,16 @@ constexpr double kLarge = 50;            // m
 constexpr double kThickSelf = 2;         // edge lengths: 650 pairs per particle
 constexpr double kThick = 1;             // edge lengths
 constexpr double kThin = 1e-4;           // edge lengths
+constexpr double kFarFromRest = 1.5;     // length of an edge at the start over that at rest, or the inverse
+constexpr double kEase = 0.03;           // of lengths at both sides of a seam
 constexpr double kMaxFriction = 3;       // a slope of 72 degrees; rubber on rubber has some 1.2
 
-/// The median length of the edges (m); 0 without edges.
+/// The median length of the edges at rest (m); 0 without edges.
 double median_edge(const Body& body) {
   std::vector<double> lengths;
   lengths.reserve(body.edges.size());
-  for (const auto& [a, b] : body.edges) lengths.push_back(distance(body.mesh.points[a], body.mesh.points[b]));
+  const RestShape shape = body.shape();
+  for (const auto& [a, b] : body.edges) lengths.push_back(shape.length(a, b));
   return median(std::move(lengths));
 }
 
@@ -53,7 +57,7 @@ class UnlikelyFinder {
 
   std::vector<std::string> find() {
     check_sizes();
-    for (std::size_t b = 0; b < bodies_.size(); ++b) check_constraints(b);
+    for (std::size_t b = 0; b < bodies_.size(); ++b) check_constraints(b), check_rest(b);
     check_contacts();
     check_self_collision();
     return std::move(lines_);
@@ -104,6 +108,29 @@ class UnlikelyFinder {
                            " (0-based): both act, and together they are stiffer; leave one out");
           return;
         }
+  }
+
+  /// Warns about a start that is far from the rest shape, and about sides of a seam of different lengths.
+  void check_rest(std::size_t b) {
+    if (!bodies_[b].rest) return;
+    const RestShape shape = bodies_[b].shape();
+    const std::vector<Vec3>& x = bodies_[b].mesh.points;
+    const auto edge = [&](const Edge& at) {
+      const auto vertex = [&](int point) { return std::to_string(vertex_of(bodies_[b].mesh.vertices, point)); };
+      return "the edge from vertex " + vertex(at[0]) + " to " + vertex(at[1]);
+    };
+    double most = 0, ratio = 1;
+    Edge worst{};
+    for (const Edge& e : bodies_[b].edges)
+      if (const double now = distance(x[e[0]], x[e[1]]) / shape.length(e[0], e[1]); std::abs(std::log(now)) > most)
+        most = std::abs(std::log(now)), ratio = now, worst = e;
+    if (most > std::log(kFarFromRest))
+      lines_.push_back(
+          name(b) + ": at the start " + edge(worst) + " is " + times(ratio) +
+          " as long as in its \"rest\", whose lengths are in metres and which \"transform\" does not scale");
+    if (const Ease ease = largest_ease(shape); ease.most > kEase)
+      lines_.push_back(name(b) + ": in its \"rest\", " + edge(ease.at) + " is " + shown(two_digits(100 * ease.most)) +
+                       " % longer on one side of a seam than on the other; it rests at the mean of both");
   }
 
   static bool are_same(const ConstraintSpec& a, const ConstraintSpec& b) {

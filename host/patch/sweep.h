@@ -207,7 +207,7 @@ class Sweep {
       if constexpr (stores_distance(KindList<Kind>()))
         own[0] = set.rest[c];
       else
-        rest_values<Kind>(model.x.data(), &set.particles[std::size_t(c) * set.arity], set.parameter, own);
+        rest_values<Kind>(rest_positions(model, set), c, set.parameter, own);
       R* to = &rest[slot * count];
       std::copy(own, own + Kind::rest_values, to);
       if (int(count) > Kind::rest_values) to[Kind::rest_values] = R(set.softness.empty() ? 1 : set.softness[c]);

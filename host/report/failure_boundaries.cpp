@@ -27,6 +27,12 @@ bool has_constraint(const BodySpec& body, const char* type) {
                      [type](const ConstraintSpec& spec) { return spec.type == type; });
 }
 
+/// Returns the distance of the ends of a `distance` constraint at rest, m.
+double rest_length(const Model& model, const ConstraintSet& set, int c) {
+  if (!set.rest_corners.empty()) return distance(set.rest_corners[2 * c], set.rest_corners[2 * c + 1]);
+  return distance(model.x[set.particles[2 * c]], model.x[set.particles[2 * c + 1]]);
+}
+
 /// Returns for each particle the length (m) of the path of fewest springs to a pinned particle; infinite if there is
 /// none.
 std::vector<double> distances_to_pins(const std::vector<bool>& pinned, const std::vector<SpringSet>& springs) {
@@ -80,7 +86,7 @@ void for_each_wave(const Model& model, F&& f) {
     for (const ConstraintSpec& spec : body.constraints) {
       if (spec.type != "neo_hookean" || model.tetrahedra[b].empty()) continue;
       double space = 0;
-      for (const Tetrahedron& t : model.tetrahedra[b]) space += volume(model.x, t);
+      for (const Tetrahedron& t : model.tetrahedra[b]) space += volume(model.at_rest(), t);
       const double density = body.density ? *body.density : body.mass.value_or(0) / space;
       const double speed = std::sqrt(spec.young_modulus.value() / density / 3 / model.scene.solver.iterations);
       const double cell = std::cbrt(6 * space / static_cast<double>(model.tetrahedra[b].size()));
@@ -115,7 +121,7 @@ PinStrain worst_pin_strain(const Model& model) {
       if (pinned[a] == pinned[b]) continue;
       if (pinned[a]) std::swap(a, b);
       SuspendedBody& of = suspended[body[a]];
-      const double length = distance(model.x[a], model.x[b]);
+      const double length = rest_length(model, set, c);
       ++of.paths, of.length = length > 0 ? std::min(of.length, length) : of.length, of.end_mass += 1 / model.w[a];
       of.stiffness = std::max(of.stiffness, k);
     }

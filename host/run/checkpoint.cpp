@@ -34,15 +34,19 @@ std::uint64_t scene_hash(const Model& model) {
   scene.duration = 1;
   scene.outputs = {};
   scene.expect = {};
-  const auto forget_folder = [](Shape& shape) {
-    if (auto* mesh = std::get_if<MeshFile>(&shape)) mesh->path = std::filesystem::path(mesh->path).filename();
+  const auto forget_folder = [](auto* mesh) {
+    if (mesh) mesh->path = std::filesystem::path(mesh->path).filename();
   };
-  for (BodySpec& body : scene.bodies) forget_folder(body.shape);
-  for (EnvironmentSpec& environment : scene.environment) forget_folder(environment.shape);
+  for (BodySpec& body : scene.bodies) {
+    forget_folder(std::get_if<MeshFile>(&body.shape));
+    if (body.rest) forget_folder(std::get_if<RestMesh>(&*body.rest));
+  }
+  for (EnvironmentSpec& environment : scene.environment) forget_folder(std::get_if<MeshFile>(&environment.shape));
   const std::string json = to_json(scene);
   std::uint64_t hash = hash_bytes(json.data(), json.size());
   // Points and constraints stand for the contents of the mesh files.
   hash = hash_values(model.x, hash);
+  for (const Mesh& rest : model.render_mesh.rest) hash = hash_values(rest.points, hash_values(rest.faces, hash));
   for (const ConstraintSet& set : model.sets) hash = hash_values(set.particles, hash);
   for (const PressureSet& set : model.pressures) hash = hash_values(set.triangles, hash);
   for (const FileVertices& file : model.render_mesh.vertices)

@@ -164,7 +164,11 @@ Scene load_scene(const std::string& path) {
   const auto resolve_shape = [&](Shape& shape) {
     if (auto* mesh = std::get_if<MeshFile>(&shape)) resolve_at_target(mesh->path);
   };
-  for (BodySpec& body : scene.bodies) resolve_shape(body.shape);
+  for (BodySpec& body : scene.bodies) {
+    resolve_shape(body.shape);
+    if (body.rest)
+      if (auto* mesh = std::get_if<RestMesh>(&*body.rest)) resolve_at_target(mesh->path);
+  }
   for (EnvironmentSpec& object : scene.environment) {
     resolve_shape(object.shape);
     if (object.animation) resolve_at_target(object.animation->file), resolve_at_target(object.animation->frames);

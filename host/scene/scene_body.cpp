@@ -69,6 +69,7 @@ Fields fields_of(BodySpec& body, const std::string& folder) {
       required(name_field(body.name)),
       required(shape_field(body.shape, ShapeUse::Body, folder)),
       part("transform", body.transform),
+      rest_field(body.rest, folder),
       field("velocity", body.velocity, any("m/s")),
       field("spin", body.spin, any("rad/s")),
       field("mass", body.mass, above(0, "kg")),
@@ -95,6 +96,10 @@ BodySpec read_body(const JsonReader& at, const std::string& folder) {
       at.at("tear").refuse("'tear' of a body with pressure", "a body without pressure, which needs a closed mesh");
     if (is_loose(body.shape)) at.at("tear").refuse("'tear' of loose particles", "a body with edges");
   }
+  if (body.rest && is_loose(body.shape)) at.at("rest").refuse("'rest' of loose particles", "a body with edges");
+  if (body.rest && std::holds_alternative<RestUv>(*body.rest) && !std::holds_alternative<MeshFile>(body.shape))
+    at.at("rest").at("uv").refuse("'uv' beside a shape without texture coordinates",
+                                  "'uv' beside 'mesh', or a list of 'points'");
   if (body.mass.has_value() == body.density.has_value()) {
     at.refuse(body.mass ? "both 'mass' and 'density'" : "neither 'mass' nor 'density'", "exactly one of them");
   }

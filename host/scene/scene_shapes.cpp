@@ -37,6 +37,11 @@ std::string path_from(const std::string& folder, const fs::path& path) {
   return gone || relative.empty() ? whole.string() : (relative / whole.filename()).lexically_normal().string();
 }
 
+/// A path of a scene in this folder.
+std::string resolved(const std::string& folder, const std::string& path) {
+  return (fs::path(folder) / path).lexically_normal().string();
+}
+
 }  // namespace
 
 Field path_field(const std::string& key, std::string& path, const std::string& folder) {
@@ -133,9 +138,7 @@ static Fields fields_of(MeshDataShape& data) {
 namespace {
 
 Field mesh_field(Shape& shape, const std::string& folder) {
-  const auto read = [&shape, folder](const JsonReader& at) {
-    shape = MeshFile{(fs::path(folder) / at.text()).lexically_normal().string()};
-  };
+  const auto read = [&shape, folder](const JsonReader& at) { shape = MeshFile{resolved(folder, at.text())}; };
   return {"mesh", read, false, [&shape, folder](Json& json) {
             if (const auto* file = std::get_if<MeshFile>(&shape)) json["mesh"] = path_from(folder, file->path);
           }};
@@ -169,6 +172,26 @@ Field shape_field(Shape& shape, ShapeUse use, const std::string& folder) {
   return {"shape", read, false, [&shape, folder](Json& json) {
             json["shape"] = write(kinds_of_shapes(shape, ShapeUse::Body, folder));
             if (const auto* file = std::get_if<MeshFile>(&shape)) write_to(json["shape"], "weld", file->weld);
+          }};
+}
+
+Field rest_field(std::optional<Rest>& rest, const std::string& folder) {
+  const auto fields = [folder](Rest& of) {
+    const auto read_path = [&of, folder](const JsonReader& at) { of = RestMesh{resolved(folder, at.text())}; };
+    const auto write_path = [&of, folder](Json& json) {
+      if (const auto* file = std::get_if<RestMesh>(&of)) json["mesh"] = path_from(folder, file->path);
+    };
+    return Fields{{"mesh", read_path, false, write_path},
+                  alternative("uv", of, &RestUv::metres, above(0, "m")),
+                  alternative("points", of, &RestPoints::points, any("m"))};
+  };
+  const auto read = [&rest, fields](const JsonReader& at) {
+    Rest found;
+    at.one_of(fields(found));
+    rest = std::move(found);
+  };
+  return {"rest", read, false, [&rest, fields](Json& json) {
+            if (rest) json["rest"] = write(fields(*rest));
           }};
 }
 

@@ -19,9 +19,10 @@ class PairSearch {
  public:
   using Contacts = SelfContacts<Executor, R>;
 
-  /// `origin`: a point near x, m. `crosses`: bodies intersect at the start.
+  /// `origin`: a point near x, m. `crosses`: bodies intersect at the start. `at_rest`: where particles are at rest from
+  /// a place of their body, m; empty: x.
   PairSearch(const Executor& executor, const SelfSurface& surface, const std::vector<Vec3>& x, double thickness,
-             const Vector3<double>& origin = {0, 0, 0}, bool crosses = false)
+             const Vector3<double>& origin = {0, 0, 0}, bool crosses = false, const std::vector<Vec3>& at_rest = {})
       : executor_(executor),
         rules_{R(0.1 * thickness), R(0.25), R(thickness), R(0.5 * thickness)},
         thickness_(R(thickness)),
@@ -30,7 +31,10 @@ class PairSearch {
     upload_plan(plan_clusters(surface, x));
     std::vector<Vec4<R>> rest;
     for (std::size_t i = 0; i < x.size(); ++i)
-      rest.push_back({R(x[i][0] - origin.x), R(x[i][1] - origin.y), R(x[i][2] - origin.z), R(surface.body[i])});
+      if (at_rest.empty())
+        rest.push_back({R(x[i][0] - origin.x), R(x[i][1] - origin.y), R(x[i][2] - origin.z), R(surface.body[i])});
+      else
+        rest.push_back({R(at_rest[i][0]), R(at_rest[i][1]), R(at_rest[i][2]), R(surface.body[i])});
     rest.push_back({});
     rest_ = Rows(rest), from_ = Rows(x.size() + 1, Vec4<R>{}), way_ = Rows(x.size() + 1, Vec4<R>{});
     boxes_ = Array<Executor, Box<R>>(x.size(), Box<R>{});

@@ -209,7 +209,8 @@ SelfCollider<Executor, R>::SelfCollider(const Executor& executor, const Model& m
       facts_(facts_at_start(model, surface_)),
       trajectories_(executor, particles, model.x, first_of(surface_), thickness(model),
                     kRounding * double(SelfContacts<Executor, R>::least_gap(thickness(model)))),
-      search_(executor, surface_, model.x, thickness(model), trajectories_.origin(), facts_.crossings > 0),
+      search_(executor, surface_, model.x, thickness(model), trajectories_.origin(), facts_.crossings > 0,
+              at_rest_in_bodies(model)),
       contacts_(executor, count_, search_.clusters(), thickness(model), model.scene.self_collision->friction,
                 model.scene.solver.dt / substeps_),
       jam_(executor, surface_) {}

@@ -21,7 +21,7 @@ double stored_in(const Model& model, const ConstraintSet& set, int c, const std:
   constexpr int n = Kind::particles;
   const int* of = &set.particles[std::size_t(c) * n];
   double rest[Kind::rest_values];
-  rest_values<Kind>(model.x.data(), of, set.parameter, rest);
+  rest_values<Kind>(rest_positions(model, set), c, set.parameter, rest);
   Vector3<double> q[n], grad[n];
   corners<Kind>(x.data(), of, q);
   if constexpr (multipliers<Kind>() > 1) {
@@ -59,9 +59,10 @@ double stored_in(const Model& model, const PressureSet& set, const std::vector<V
   };
   double rest = 0, now = 0;
   std::map<int, Vector3<double>> grad;
-  const Vec3 &origin = model.x[set.particles[0]], &from = x[set.particles[0]];
+  const std::vector<Vec3>& X = model.at_rest();
+  const Vec3 &origin = X[set.particles[0]], &from = x[set.particles[0]];
   for (const Triangle& t : set.triangles) {
-    rest += dot(cross(at(model.x, t[0], origin), at(model.x, t[1], origin)), at(model.x, t[2], origin)) / 6;
+    rest += dot(cross(at(X, t[0], origin), at(X, t[1], origin)), at(X, t[2], origin)) / 6;
     Vector3<double> p[3];
     for (int k = 0; k < 3; ++k) p[k] = at(x, t[k], from);
     now += dot(cross(p[0], p[1]), p[2]) / 6;

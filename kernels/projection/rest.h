@@ -15,19 +15,35 @@ KERNEL void corners(const Point* x, const int* particles, Vector3<double> (&q)[K
   }
 }
 
-/// Rest values of a constraint from the rest positions.
+/// The rest positions of the corners of constraints: those of their particles, or their own.
+template <class Point>
+struct RestPositions {
+  const Point* X;             // of all particles
+  const int* particles;       // Kind::particles a constraint
+  const Point* own{nullptr};  // Kind::particles a constraint; null: those of the particles
+  template <class Kind>
+  KERNEL void corners(int c, Vector3<double> (&q)[Kind::particles]) const {
+    if (!own) return malha::corners<Kind>(X, particles + c * Kind::particles, q);
+    for (int j = 0; j < Kind::particles; ++j) {
+      const Point& a = own[c * Kind::particles + j];
+      q[j] = {a[0], a[1], a[2]};
+    }
+  }
+};
+
+/// Rest values of constraint c.
 template <class Kind, class Point>
-KERNEL void rest_values(const Point* X, const int* particles, double parameter, double (&rest)[Kind::rest_values]) {
+KERNEL void rest_values(const RestPositions<Point>& at, int c, double parameter, double (&rest)[Kind::rest_values]) {
   Vector3<double> q[Kind::particles];
-  corners<Kind>(X, particles, q);
+  at.template corners<Kind>(c, q);
   Kind::rest(q, parameter, rest);
 }
 
 /// The first rest value, with which the constraint's quantity is compared.
 template <class Kind, class Point>
-KERNEL double rest_value(const Point* X, const int* particles, double parameter) {
+KERNEL double rest_value(const RestPositions<Point>& at, int c, double parameter) {
   double rest[Kind::rest_values];
-  rest_values<Kind>(X, particles, parameter, rest);
+  rest_values<Kind>(at, c, parameter, rest);
   return rest[0];
 }
 
@@ -48,7 +64,8 @@ struct Residual {
 /// Residual of a constraint set.
 template <class Kind, class Point>
 struct MeasureResidual {
-  const Point *X, *x;    // at rest, and now
+  RestPositions<Point> at_rest;
+  const Point* x;        // now
   const double* w;       // 1/kg
   const int* particles;  // Kind::particles a constraint
   double parameter;
@@ -56,7 +73,7 @@ struct MeasureResidual {
   KERNEL Residual operator()(int c) const {
     constexpr int n = Kind::particles;
     double rest[Kind::rest_values];
-    rest_values<Kind>(X, particles + c * n, parameter, rest);
+    rest_values<Kind>(at_rest, c, parameter, rest);
     Vector3<double> q[n], grad[n];
     corners<Kind>(x, particles + c * n, q);
     double scale, sum = 0, sum_w = 0;
@@ -80,13 +97,14 @@ struct MeasureResidual {
 /// Elastic energy times the compliance, of kinds with a step().
 template <class Kind, class Point>
 struct MeasureEnergy {
-  const Point *X, *x;    // at rest, and now
+  RestPositions<Point> at_rest;
+  const Point* x;        // now
   const int* particles;  // Kind::particles a constraint
   double parameter;
   const double* softness;  // factor of each constraint's compliance; null: 1
   KERNEL Sum operator()(int c) const {
     double rest[Kind::rest_values];
-    rest_values<Kind>(X, particles + c * Kind::particles, parameter, rest);
+    rest_values<Kind>(at_rest, c, parameter, rest);
     Vector3<double> q[Kind::particles];
     corners<Kind>(x, particles + c * Kind::particles, q);
     const double energy = Kind::energy(q, rest);

@@ -16,7 +16,8 @@ Residual residual(const std::vector<Vec3>& X, const std::vector<Vec3>& x, const 
                   const std::vector<int>& particles, double parameter) {
   return parallel_reduce<Residual>(
       Serial{}, static_cast<int>(particles.size()) / Kind::particles,
-      MeasureResidual<Kind, Vec3>{X.data(), x.data(), w.data(), particles.data(), parameter, nullptr});
+      MeasureResidual<Kind, Vec3>{
+          {X.data(), particles.data()}, x.data(), w.data(), particles.data(), parameter, nullptr});
 }
 
 TEST(MeasureResidual, AddsUpTheStrainsOfAChain) {
@@ -89,9 +90,16 @@ TEST(MeasureResidual, OfAHingeIsItsAngle) {
 TEST(RestValue, IsTheKindsFromTheRestPositions) {
   const std::vector<Vec3> X{{1, 2, 3}, {9, 9, 9}, {3, 5, 9}};
   const int particles[] = {2, 0};
-  EXPECT_NEAR((rest_value<Distance>(X.data(), particles, 1)), 7, 1e-15);
-  EXPECT_NEAR((rest_value<Distance>(X.data(), particles, 0.5)), 3.5, 1e-15);
-  EXPECT_NEAR((rest_value<DistanceLimit>(X.data(), particles, 0.1)), 7.7, 1e-14);
+  const RestPositions<Vec3> at_rest{X.data(), particles};
+  EXPECT_NEAR((rest_value<Distance>(at_rest, 0, 1)), 7, 1e-15);
+  EXPECT_NEAR((rest_value<Distance>(at_rest, 0, 0.5)), 3.5, 1e-15);
+  EXPECT_NEAR((rest_value<DistanceLimit>(at_rest, 0, 0.1)), 7.7, 1e-14);
+}
+
+TEST(RestValue, IsFromTheConstraintsOwnCornersIfItHasThem) {
+  const std::vector<Vec3> X(3), own{{0, 0, 0}, {9, 0, 0}, {1, 2, 3}, {3, 5, 9}};
+  const int particles[] = {2, 0, 0, 1};
+  EXPECT_NEAR((rest_value<Distance>(RestPositions<Vec3>{X.data(), particles, own.data()}, 1, 1)), 7, 1e-15);
 }
 
 }  // namespace

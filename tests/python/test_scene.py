@@ -208,3 +208,20 @@ def test_arguments_that_do_not_fit_are_named_by_their_types(use, named):
         use(scene)
     assert named in str(caught.value) and "nobody wants" not in str(caught.value)
     assert "allowed: " in str(caught.value) and len(str(caught.value)) < 500
+
+
+def test_rest_points_are_a_list_or_an_array():
+    points = np.array([[0, 0, 0], [2, 0, 0], [0, 0, 2]], dtype=float)
+
+    def scene_at_rest(rest):
+        return scene_of(malha.body(points, [[0, 1, 2]], mass=1, constraints=[{"type": "distance"}], rest={"points": rest}))
+
+    half = points / 2
+    assert malha.Scene(scene_at_rest(half)).to_json() == malha.Scene(scene_at_rest(half.tolist())).to_json()
+    assert malha.Scene(scene_at_rest(half)).to_dict()["bodies"][0]["rest"] == {"points": half.tolist()}
+    simulation = malha.Simulation(scene_at_rest(half) | {"gravity": [0, 0, 0]})
+    simulation.step(60)
+    x = simulation.positions
+    assert np.linalg.norm(x[1] - x[0]) == pytest.approx(1, abs=1e-3)
+    with pytest.raises(malha.InputError, match="/bodies/0/rest/points: found a list of 2; allowed: a place for each of the 3"):
+        malha.Simulation(scene_at_rest(half[:2]))

@@ -147,8 +147,23 @@ struct PendingShape {
   MeshDataShape shape;
 };
 
-/// Returns a copy of the scene's dict with such placeholder shapes.
-py::dict without_arrays(const py::dict& scene, std::vector<PendingShape>& waiting) {
+/// The places of a body at rest, which replace none.
+struct PendingRest {
+  std::size_t body;
+  std::vector<Vec3> points;
+};
+
+/// Takes an array of points out of the "rest" of a body's dict.
+void take_rest(py::dict& body, std::size_t index, std::vector<PendingRest>& waiting) {
+  if (!body.contains("rest") || !py::isinstance<py::dict>(body["rest"])) return;
+  const auto rest = body["rest"].cast<py::dict>();
+  if (py::len(rest) != 1 || !rest.contains("points") || !py::isinstance<py::array>(rest["points"])) return;
+  waiting.push_back({index, rows_of(rest["points"], "body: rest: points")});
+  body["rest"] = py::dict("points"_a = py::list());
+}
+
+/// Returns a copy of the scene's dict with such placeholders.
+py::dict without_arrays(const py::dict& scene, std::vector<PendingShape>& waiting, std::vector<PendingRest>& rests) {
   py::dict copy = scene.attr("copy")();
   for (const char* const key : {"bodies", "environment"}) {
     if (!copy.contains(key) || !py::isinstance<py::list>(copy[key])) continue;
@@ -156,6 +171,7 @@ py::dict without_arrays(const py::dict& scene, std::vector<PendingShape>& waitin
     for (std::size_t i = 0; i < all.size(); ++i) {
       if (!py::isinstance<py::dict>(all[i]) || !py::object(all[i]).contains("shape")) continue;
       py::dict one = py::object(all[i]).attr("copy")();
+      if (std::string(key) == "bodies") take_rest(one, i, rests), all[i] = one;
       std::optional<MeshDataShape> shape = arrays_of(py::object(one["shape"]));
       if (!shape) continue;
       py::dict small("points"_a = py::make_tuple(py::make_tuple(0, 0, 0)));
@@ -198,7 +214,9 @@ Scene scene_of(const py::object& source, const py::object& folder) {
   const std::string from = folder.is_none() ? "" : path_of(folder);
   if (py::isinstance<py::dict>(source)) {
     std::vector<PendingShape> waiting;
-    Scene scene = parse_scene(json_text(without_arrays(source.cast<py::dict>(), waiting)), "scene", from);
+    std::vector<PendingRest> rests;
+    Scene scene = parse_scene(json_text(without_arrays(source.cast<py::dict>(), waiting, rests)), "scene", from);
+    for (PendingRest& one : rests) scene.bodies[one.body].rest = RestPoints{std::move(one.points)};
     for (PendingShape& one : waiting)
       (one.environment ? scene.environment[one.index].shape : scene.bodies[one.index].shape) = std::move(one.shape);
     return scene;

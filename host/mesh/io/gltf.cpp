@@ -113,9 +113,16 @@ Mesh read_gltf(const std::string& file, std::string_view data) {
   return mesh;
 }
 
+Mesh read_gltf_texture(const std::string& file, std::string_view data) {
+  GltfScene gltf = read_gltf_scene(file, data, GltfTexture::Read);
+  Mesh texture;
+  texture.points = std::move(gltf.texture), texture.faces = std::move(gltf.faces);
+  return texture;
+}
+
 #ifndef MALHA_HAS_GLTF
 
-GltfScene read_gltf_scene(const std::string& file, std::string_view) {
+GltfScene read_gltf_scene(const std::string& file, std::string_view, GltfTexture) {
   refuse(file, "", "glTF, and this malha was built without tinygltf (Debian: libtinygltf-dev)", "other formats");
 }
 
@@ -184,7 +191,8 @@ const char* const types_of_size[]{"", "SCALAR", "VEC2", "VEC3", "VEC4"};
 
 class Reader {
  public:
-  Reader(const std::string& file, const gltf::Model& model) : file_(file), model_(model) {}
+  Reader(const std::string& file, const gltf::Model& model, GltfTexture texture)
+      : file_(file), model_(model), texture_(texture) {}
 
   GltfScene read() && {
     add_nodes();
@@ -460,6 +468,7 @@ class Reader {
     for (std::size_t v = 0; v < count; ++v)
       out_.points.push_back({points[3 * v], points[3 * v + 1], points[3 * v + 2]});
     add_triangles(place, from, begin, count);
+    if (texture_ == GltfTexture::Read) add_texture(place + "/attributes", from, count);
     if (out_.influence_begin.empty()) out_.influence_begin.push_back(0);
     if (own >= 0)
       for (std::size_t v = 0; v < count; ++v) {
@@ -470,6 +479,15 @@ class Reader {
       add_influences(place + "/attributes", from, count, first_joint, model_.skins[std::size_t(skin)].joints.size());
     for (std::size_t t = 0; t < from.targets.size(); ++t)
       add_target(item(place + "/targets", t), from.targets[t], begin, count, static_cast<int>(t));
+  }
+
+  void add_texture(const std::string& place, const gltf::Primitive& from, std::size_t count) {
+    const auto of = from.attributes.find("TEXCOORD_0");
+    if (of == from.attributes.end()) refuse(place, "no TEXCOORD_0", "texture coordinates of all vertices");
+    const std::vector<double> uv = numbers(place + "/TEXCOORD_0", of->second, 2);
+    if (uv.size() != 2 * count)
+      refuse(place + "/TEXCOORD_0", std::to_string(uv.size() / 2), std::to_string(count) + " as of POSITION");
+    for (std::size_t v = 0; v < count; ++v) out_.texture.push_back({uv[2 * v], uv[2 * v + 1], 0});
   }
 
   void add_triangles(const std::string& place, const gltf::Primitive& from, int begin, std::size_t count) {
@@ -628,6 +646,7 @@ class Reader {
 
   const std::string& file_;
   const gltf::Model& model_;
+  GltfTexture texture_;
   GltfScene out_;
   std::vector<std::size_t> original_;  // number in the file of each node
   std::vector<int> place_of_;          // in out_.nodes, of each node of the file
@@ -638,10 +657,10 @@ class Reader {
 
 }  // namespace
 
-GltfScene read_gltf_scene(const std::string& file, std::string_view data) {
+GltfScene read_gltf_scene(const std::string& file, std::string_view data, GltfTexture texture) {
   const gltf::Model model = parse(file, data);
   check_extensions(file, model);
-  return Reader(file, model).read();
+  return Reader(file, model, texture).read();
 }
 
 #endif

@@ -73,6 +73,9 @@ struct GltfPose {
   std::vector<double> weights;
 };
 
+/// Whether texture coordinates are read.
+enum class GltfTexture { Skipped, Read };
+
 /// A file. Vertices and faces are those of the nodes of its scene, depth first, each by its mesh's primitives.
 struct GltfScene {
   std::vector<GltfNode> nodes;  // parents before their children
@@ -81,14 +84,16 @@ struct GltfScene {
   std::vector<int> influence_begin;  // first influence of each vertex, then their number
   std::vector<GltfInfluence> influences;
   std::vector<GltfTarget> targets;
-  std::vector<Quad> faces;  // triangles
+  std::vector<Quad> faces;    // triangles
+  std::vector<Vec3> texture;  // (u, v, 0) of each vertex, its TEXCOORD_0; empty if they are skipped
   std::vector<GltfClip> clips;
   GltfPose rest;  // the pose without a clip
 };
 
 /// Reads a file whose content is `data`; buffers beside it are read from its folder. Throws InputError, which names the
 /// file and the part of it, what was found and what is allowed.
-GltfScene read_gltf_scene(const std::string& file, std::string_view data);
+/// Where texture coordinates are read, a primitive without them is refused.
+GltfScene read_gltf_scene(const std::string& file, std::string_view data, GltfTexture texture = GltfTexture::Skipped);
 
 /// Leaves only these vertices, in this order, and no faces.
 void select_vertices(GltfScene& file, std::span<const int> vertices);

@@ -84,4 +84,16 @@ Mesh read_mesh(const std::string& path) {
   return mesh;
 }
 
+Mesh read_texture_coordinates(const std::string& path) {
+  const std::string extension = extension_of(path);
+  const Reader reader = extension == ".obj"                           ? read_obj_texture
+                        : extension == ".glb" || extension == ".gltf" ? read_gltf_texture
+                                                                      : nullptr;
+  if (!reader)
+    refuse(path, "", "texture coordinates of a file with the extension \"" + extension + "\"", ".obj, .glb or .gltf");
+  Mesh texture = reader(path, load(path));
+  require_countable(path, texture.points.size(), "texture coordinates");
+  return texture;
+}
+
 }  // namespace malha

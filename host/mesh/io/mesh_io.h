@@ -19,6 +19,10 @@ namespace malha {
 /// names the file, the line and column (or byte), what was found and what is allowed.
 Mesh read_mesh(const std::string& path);
 
+/// Reads the texture coordinates of an OBJ or glTF file: points (u, v, 0), and the faces that read_mesh() reads, in
+/// their order, with numbers of these points. Throws InputError, also for a corner without texture coordinates.
+Mesh read_texture_coordinates(const std::string& path);
+
 /// True if the path has the extension of a format that read_mesh() reads.
 bool is_mesh_file(const std::string& path);
 
@@ -27,12 +31,14 @@ bool is_gltf_file(const std::string& path);
 
 /// Readers of the formats, used by read_mesh(). `file` names the input in messages, `data` is its whole content.
 Mesh read_obj(const std::string& file, std::string_view data);
+Mesh read_obj_texture(const std::string& file, std::string_view data);
 Mesh read_off(const std::string& file, std::string_view data);
 Mesh read_ply(const std::string& file, std::string_view data);
 Mesh read_stl(const std::string& file, std::string_view data);
 Mesh read_medit(const std::string& file, std::string_view data);
 Mesh read_gmsh(const std::string& file, std::string_view data);
 Mesh read_gltf(const std::string& file, std::string_view data);
+Mesh read_gltf_texture(const std::string& file, std::string_view data);
 Mesh read_tetgen(const std::string& node_file, std::string_view node_data, const std::string& ele_file,
                  std::string_view ele_data);
 
