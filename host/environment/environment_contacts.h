@@ -34,13 +34,15 @@ class EnvironmentContacts {
       for_slots(o, ResolveContact<R>{particles.p, o.cache.view().contacts, R(o.spec.friction)});
   }
 
-  /// Applies restitution; nothing is moved through a mesh. `resting_speed`: the speed that gravity gives in two
-  /// substeps, below which nothing bounces (m/s).
+  /// Applies restitution. `resting_speed`: the speed that gravity gives in two substeps, below which nothing bounces
+  /// (m/s).
   void restitute(const Particles<R>& particles, double resting_speed, double h) {
     for (Object& o : meshes_.objects)
       for_slots(o, ApplyRestitution<R>{particles.p, particles.v, o.cache.view().contacts, R(o.spec.restitution),
                                        R(o.spec.friction), R(resting_speed), R(1 / h)});
-    if (!bounces_) return;
+  }
+  /// Cancels motion of restitution through a mesh.
+  void clamp_restitution(const Particles<R>& particles) {
     const ActiveMask moved = meshes_.masks(1);
     parallel_for(meshes_.executor(), moved.groups, FindRestituted<R>{particles, moved.bits});
     meshes_.query_embree(particles, moved, meshes_.count_active(moved),

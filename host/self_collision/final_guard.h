@@ -11,10 +11,10 @@
 namespace malha {
 
 /// Separates bodies from each other (`self`), from edges of the environment (`edges`) and, after these moved particles,
-/// from its meshes (`collider`); each may be absent. Particles that meshes and edges moved are kinematic for
+/// from its objects (`collider`); each may be absent. Particles that meshes and edges moved are kinematic for
 /// self-collision from then on. `timed(pass, work)` runs work().
-template <class Self, class Edges, class EnvironmentCollider, class Kinematic, class R, class Timed>
-void apply_final_guards(Self& self, Edges& edges, EnvironmentCollider& collider, Kinematic& kinematic,
+template <class Self, class Edges, class Colliders, class Kinematic, class R, class Timed>
+void apply_final_guards(Self& self, Edges& edges, Colliders& collider, Kinematic& kinematic,
                         const Particles<R>& all, const Timed& timed) {
   constexpr int max_rounds = 4;  // of all jams that resolve, 99.99 of 100 did in 3
   if (!self && !edges) return;

@@ -17,7 +17,7 @@
 #include "host/base/point_array.h"
 #include "host/base/scoped_value.h"
 #include "host/base/stopwatch.h"
-#include "host/environment/collider.h"
+#include "host/environment/colliders.h"
 #include "host/environment/edge_collider.h"
 #include "host/environment/edge_crossings.h"
 #include "host/forces/air.h"
@@ -498,7 +498,7 @@ class TimeStepper : public Solver {
   void keep_overlaps() {
     if (self_) self_->keep_overlaps();
     if (edges_) edges_->keep_overlaps();
-    if (collider_) collider_->keep_overlaps();
+    if (collider_) collider_->keep_overlaps(particles());
   }
   int released_pin_sets() const { return kinematic_pins_ ? kinematic_pins_->released() : 0; }
   /// Present inverse masses, 1/kg, in the solver's order: 0 for pinned particles.
@@ -578,7 +578,7 @@ class TimeStepper : public Solver {
   std::optional<Sweep<Executor, R>> sweep_;
   std::vector<Pressure<Executor, R>> pressures_;
   std::optional<MomentumCorrector<Executor, R>> momentum_corrector_;
-  std::optional<EnvironmentCollider<Executor, R>> collider_;
+  std::optional<EnvironmentColliders<Executor, R>> collider_;
   std::optional<EdgeCollider<Executor, R>> edges_;
   std::int64_t steps_ = 0;
   int substep_ = 0;            // of the step

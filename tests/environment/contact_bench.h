@@ -4,7 +4,7 @@
 #include <cmath>
 #include <vector>
 
-#include "host/environment/collider.h"
+#include "host/environment/mesh_collider.h"
 #include "host/mesh/generate.h"
 #include "kernels/forces/integrate.h"
 #include "tests/mesh/point_list.h"
@@ -29,11 +29,15 @@ class ContactBench {
     const Particles<R> all = particles();
     const int n = all.count;
     parallel_for(executor_, n, Predict<R>{all, R(h), {R(gravity.x), R(gravity.y), R(gravity.z)}});
-    collider_.detect_contacts(all, time_, time_ + h);
+    collider_.set_poses(time_, time_ + h);
+    collider_.detect_contacts(all);
     for (int i = 0; i < iterations; ++i) collider_.solve_contacts(all);
     parallel_reduce<FirstIndex>(executor_, n, UpdateState<R>{all, R(h), R(1 / h)});
     collider_.restitute(all, 2 * h * norm(gravity), h);
-    if (collider_.bounces()) parallel_for(executor_, n, AdvanceAll<R>{all.p});
+    if (collider_.bounces()) {
+      collider_.clamp_restitution(all);
+      parallel_for(executor_, n, AdvanceAll<R>{all.p});
+    }
     time_ += h;
   }
 
@@ -46,8 +50,8 @@ class ContactBench {
   void pin(int i) { w_[i] = R(0); }
   void push(int i, const Point& v) { v_.set(i, {R(v.x), R(v.y), R(v.z)}); }
   double time() const { return time_; }
-  EnvironmentCollider<Executor, R>& collider() { return collider_; }
-  const EnvironmentCollider<Executor, R>& collider() const { return collider_; }
+  MeshCollider<Executor, R>& collider() { return collider_; }
+  const MeshCollider<Executor, R>& collider() const { return collider_; }
   /// The proximity record that the contact cache has of a particle close to the mesh.
   ProximityRecord& near(int i) {
     const ProximityCacheView<R> cache = collider_.cache(0);
@@ -67,7 +71,7 @@ class ContactBench {
 
   Executor executor_;
   Model model_;
-  EnvironmentCollider<Executor, R> collider_;
+  MeshCollider<Executor, R> collider_;
   PointList<R> x_, low_, v_, d_;  // low_: the rounding errors of x_
   std::vector<R> w_;
   double time_ = 0;

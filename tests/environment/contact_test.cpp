@@ -226,7 +226,7 @@ struct Watched {
     PointList<R> d(n), low(n);
     const std::vector<R> w(n, R(1));
     const Particles<R> all{n, x.points(), v.points(), {x.points(), d.points(), low.points()}, w.data()};
-    std::optional<EnvironmentCollider<Serial, R>> collider;
+    std::optional<MeshCollider<Serial, R>> collider;
     for (int s = 0; s < substeps; ++s) {
       const double h = kStep, start = s * h;
       if (!collider) {
@@ -241,7 +241,8 @@ struct Watched {
         collider->restore_state(cache);
       }
       parallel_for(Serial{}, n, Predict<R>{all, R(h), {R(0), R(-9.81), R(0)}});
-      collider->detect_contacts(all, start, start + h);
+      collider->set_poses(start, start + h);
+      collider->detect_contacts(all);
       for (int i = 0; i < n; ++i) {
         const Contact<R>* const contact = collider->cache(0).contact(i);
         planes.push_back(contact ? contact->plane : Vec4<R>{0, 0, 0, -R(INFINITY)});

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Collider of all environment meshes of a scene, substep by substep: contacts, the guard against tunnelling, and the
-// speed up to which steps need neither. Made only for scenes that have an environment; without one there is no Embree
-// device.
+// speed up to which steps need neither. It is one of the colliders of host/environment/colliders.h, and made only for
+// scenes that have meshes; without one there is no Embree device.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -15,29 +15,38 @@
 namespace malha {
 
 template <class Executor, class R>
-class EnvironmentCollider {
+class MeshCollider {
  public:
-  EnvironmentCollider(const Executor& executor, const Model& model)
+  MeshCollider(const Executor& executor, const Model& model)
       : meshes_(executor, model), contacts_(meshes_), particles_(model.x.size()) {}
 
-  /// Detects the contacts of the paths from x to p, while the meshes move from their poses at `start` to those at `end`
-  /// (s).
-  void detect_contacts(const Particles<R>& particles, double start, double end) {
-    meshes_.set_poses(start, end);
-    contacts_.detect(particles);
+  /// Sets the motion of a substep: the meshes move from their poses at `start` to those at `end` (s).
+  void set_poses(double start, double end) { meshes_.set_poses(start, end); }
+  /// Sets the meshes to rest at their poses at the end of this substep.
+  void end_motion() { meshes_.end_motion(); }
+  /// Appends the motion of each mesh in this substep.
+  void append_motion(std::vector<Pose>& motion) const { meshes_.append_motion(motion); }
+  bool moves() const {
+    return std::any_of(meshes_.objects.begin(), meshes_.objects.end(),
+                       [](const Object& o) { return !o.spec.motion.empty(); });
   }
+  int objects() const { return meshes_.count(); }
+
+  /// Detects the contacts of the paths from x to p, with the meshes at their poses of this substep.
+  void detect_contacts(const Particles<R>& particles) { contacts_.detect(particles); }
   void solve_contacts(const Particles<R>& particles) { contacts_.solve(particles); }
   /// See EnvironmentContacts.
   void restitute(const Particles<R>& particles, double resting_speed, double h) {
     contacts_.restitute(particles, resting_speed, h);
   }
+  void clamp_restitution(const Particles<R>& particles) { contacts_.clamp_restitution(particles); }
   bool bounces() const { return contacts_.bounces(); }
   /// Number of contacts that pushed in the last substep.
   int contacts() const { return contacts_.count_pushing(); }
   /// Invalidates all contacts before substeps without contact detection.
   void invalidate_contacts(const Particles<R>& particles) { contacts_.invalidate(particles); }
   /// Lets particles that are nearer than the thickness now keep their distance until they move away by themselves.
-  void keep_overlaps() {
+  void keep_overlaps(const Particles<R>& /*particles*/) {
     for (Object& o : meshes_.objects)
       parallel_for(executor(), o.cache.slots(), KeepOverlap{o.cache.view().near, 2 * o.spec.thickness});
   }
@@ -62,27 +71,6 @@ class EnvironmentCollider {
     const MarkMovedParticles<R> mark{particles, saved_displacements_.points(), marks, poses.data(), meshes_.count()};
     return parallel_reduce<Sum>(executor(), particles.count, mark).value > 0;
   }
-  /// Clamps particles after a substep of h seconds without contact detection in which some exceeded the speed limit;
-  /// the state is that after the substep.
-  void clamp_tunnelling_late(const Particles<R>& particles, double start, double h) {
-    const PointArray<Executor, R> before(static_cast<std::size_t>(particles.count));
-    Particles<R> then = particles;
-    then.x = then.p.x = before.points();
-    parallel_for(executor(), particles.count, ReconstructPrevious<R>{particles, then.x, R(h)});
-    meshes_.set_poses(start, start + h);
-    clamp_tunnelling(then);
-    parallel_for(executor(), particles.count, CommitClamped<R>{particles, R(1 / h)});
-  }
-
-  /// Appends the motion of each mesh in this substep.
-  void append_motion(std::vector<Pose>& motion) const { meshes_.append_motion(motion); }
-  /// Sets the meshes to rest at their poses at the end of this substep.
-  void end_motion() { meshes_.end_motion(); }
-  bool moves() const {
-    return std::any_of(meshes_.objects.begin(), meshes_.objects.end(),
-                       [](const Object& o) { return !o.spec.motion.empty(); });
-  }
-
   /// Allocates memory for max_contact_free_speed().
   void allocate_clearance() {
     clearance_ = Array<Executor, Clearance>(static_cast<std::size_t>(meshes_.groups()), Clearance{});
