@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "host/environment/exact_shape.h"
 #include "host/model/ordering/patches.h"
 #include "host/model/pins.h"
 #include "malha/scene.h"
@@ -83,9 +84,11 @@ struct RenderMesh {
   std::vector<FileVertices> vertices;       // of each body, before any tear
 };
 
+/// An object of the environment.
 struct EnvironmentMesh {
   EnvironmentSpec spec;
-  Mesh mesh;  // after the transform of the spec
+  Mesh mesh;                         // after the transform of the spec; of an exact shape for drawing alone
+  std::optional<PlacedShape> exact;  // none: particles touch the mesh
 };
 
 /// Duration of the parts of build_model(), s.
@@ -146,5 +149,7 @@ std::vector<int> bodies_of(const Model& model);
 
 /// True if an object of the environment has "edges".
 bool names_edges(const Scene& scene);
+/// The number of objects of the environment that are meshes, and not exact shapes.
+std::size_t mesh_count(const Model& model);
 
 }  // namespace malha

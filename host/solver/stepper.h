@@ -90,7 +90,10 @@ class TimeStepper : public Solver {
     if (kinematic_pins_) kinematic_pins_->set_pinned(time(), w_.data());
     pins_changed_ = true;
     if (sweep_) sweep_->clear_non_finite();
-    if (collider_) collider_->restore_state(saved.proximity);
+    if (collider_) {
+      collider_->restore_state(saved.proximity);
+      collider_->restore_shapes(saved.shapes.value_or(ShapeMemory{}), x_.size());
+    }
     if (sleeper_) user_constraints_ ? sleeper_->wake() : sleeper_->restore_state(saved.rest);
     if (self_) self_->restore_state(saved.self);
     if (edges_) edges_->restore_state(saved.edges);
@@ -629,12 +632,14 @@ class TimeStepper : public Solver {
     if (sleeper_) all.rest = sleeper_->save_state();
     if (self_) all.self = self_->save_state();
     if (edges_) all.edges = edges_->save_state();
+    if (collider_) all.shapes = collider_->save_shapes(x_.size());
     return all;
   }
 
   State<R> load(const std::string& bytes, std::size_t particles, const std::string& file) const {
     const StateSizes sizes{.particles = particles,
-                           .meshes = model_.environment.size(),
+                           .meshes = mesh_count(model_),
+                           .shapes = model_.environment.size() - mesh_count(model_),
                            .rest = sleeper_ ? std::size_t(2) : 0,
                            .searched = self_ ? particles : 0,
                            .edge_groups = edges_ ? static_cast<std::size_t>(edges_->groups()) : 0};
