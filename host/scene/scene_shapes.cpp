@@ -152,11 +152,24 @@ Field mesh_field(Shape& shape, const std::string& folder) {
           }};
 }
 
+/// A shape that is exact unless `mesh` says how it is meshed.
+template <class T, class Value>
+Field meshed_or_exact(const std::string& key, Shape& shape, std::optional<Value> T::*mesh) {
+  Field field = alternative<T>(key, shape);
+  field.read = [&shape, mesh](const JsonReader& at) {
+    T held;
+    (held.*mesh).reset();
+    at.object(fields_of(held)), check(at, held);
+    shape = held;
+  };
+  return field;
+}
+
 Fields kinds_of_shapes(Shape& shape, ShapeUse use, const std::string& folder) {
   Fields kinds{mesh_field(shape, folder),
                alternative<GridShape>("grid", shape),
-               alternative<SphereShape>("sphere", shape),
-               alternative<BoxShape>("box", shape),
+               meshed_or_exact("sphere", shape, &SphereShape::subdivisions),
+               meshed_or_exact("box", shape, &BoxShape::cells),
                alternative<BarShape>("bar", shape),
                alternative<MeshDataShape>("mesh_data", shape)};
   const Fields of_bodies{alternative<ChainShape>("chain", shape), alternative<LatticeShape>("lattice", shape),

@@ -12,7 +12,7 @@
 namespace malha {
 
 /// Contacts of the particles of a group with one shape, as in Contact, by lane. A lane without contact has c = minus
-/// infinity.
+/// infinity and lambda = 0; the rest of it is undefined.
 template <class R>
 struct alignas(64) ShapeContacts {
   R nx[kGroupSize], ny[kGroupSize], nz[kGroupSize], c[kGroupSize];
@@ -262,9 +262,10 @@ struct SolveShapeContacts : ShapeView<R> {
     const S zero(R(0)), one(R(1));
     S c, lambda;
     load(contacts.c + lane, c);
-    if (movemask(c > S(-R(INFINITY))) == 0) return;
+    const auto active = c > S(-R(INFINITY));
+    if (movemask(active) == 0) return;
     load(contacts.lambda + lane, lambda);
-    const Vector3<S> n = load_points<S>(contacts.normals(), lane);
+    const Vector3<S> n = or_zero(active, load_points<S>(contacts.normals(), lane));
     Vector3<S> moved = load_points<S>(this->particles.p.d, i), offset = moved;
     if constexpr (kCompensated<R>) offset = offset + load_points<S>(this->particles.p.low, i);
     const S C = dot(n, offset) - c, push = max(-C, -lambda);
@@ -275,10 +276,12 @@ struct SolveShapeContacts : ShapeView<R> {
       S lift;
       load(contacts.lift + lane, lift);
       Vector3<S> slide = moved;
-      if (!shape.rests) slide = slide - load_points<S>(contacts.surface(), lane);
-      const Vector3<S> before = load_points<S>(contacts.friction(), lane), tangent = slide - n * dot(n, slide);
+      if (!shape.rests) slide = slide - or_zero(active, load_points<S>(contacts.surface(), lane));
+      const Vector3<S> before = or_zero(active, load_points<S>(contacts.friction(), lane)),
+                       tangent = slide - n * dot(n, slide);
       Vector3<S> friction = before + tangent;
-      const S length = sqrt(dot(friction, friction)), most = S(R(shape.friction)) * max(lambda - lift, zero);
+      const S length = sqrt(dot(friction, friction)),
+              most = S(R(shape.friction)) * select(active, max(lambda - lift, zero), zero);
       const auto slips = length > most;
       friction = friction * select(slips, most / select(slips, length, one), one);
       store_points(contacts.friction(), lane, friction);
@@ -319,9 +322,10 @@ struct RestituteShapeContacts : ShapeView<R> {
     load(contacts.approach + lane, approach), load(contacts.lift + lane, lift);
     const auto hits = pushes & (approach * rate < S(-threshold)), lifted = pushes & (lift > zero);
     if (movemask(hits | lifted) == 0) return;
-    const Vector3<S> n = load_points<S>(contacts.normals(), lane), v = load_points<S>(this->particles.v, i);
+    const Vector3<S> n = or_zero(pushes, load_points<S>(contacts.normals(), lane)),
+                     v = load_points<S>(this->particles.v, i);
     Vector3<S> relative = v;
-    if (!shape.rests) relative = relative - load_points<S>(contacts.surface(), lane) * rate;
+    if (!shape.rests) relative = relative - or_zero(pushes, load_points<S>(contacts.surface(), lane)) * rate;
     const S speed = dot(n, relative), lift_speed = select(lifted, min(max(speed, zero), lift * rate), zero);
     const S leaves = speed - lift_speed, wanted = -e * approach * rate;
     const auto bounces = hits & (wanted > leaves);
