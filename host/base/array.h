@@ -91,6 +91,9 @@ class Array {
   std::size_t size() const { return size_; }
   std::size_t bytes() const { return size_ * sizeof(T); }
 
+  void fill(const T& value) {
+    if (size_ > 0) Memory<Executor>::fill(data_, size_, value);
+  }
   /// `values` has size() elements.
   void upload(const std::vector<T>& values) { Memory<Executor>::copy_in(values.data(), size_, data_); }
   std::vector<T> download() const {

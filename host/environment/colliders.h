@@ -27,6 +27,7 @@
 #include "host/base/point_array.h"
 #include "host/environment/deforming_collider.h"
 #include "host/environment/mesh_collider.h"
+#include "host/environment/shape_collider.h"
 
 namespace malha {
 
@@ -44,9 +45,11 @@ template <class Executor, class R>
 class EnvironmentColliders {
  public:
   EnvironmentColliders(const Executor& executor, const Model& model) : executor_(executor) {
-    if (!std::ranges::all_of(model.environment, deforms)) meshes_.emplace(executor, model);
-    if (std::ranges::any_of(model.environment, deforms)) deforming_.emplace(executor, model);
-    count_ = int(meshes_.has_value()) + int(deforming_.has_value());
+    const std::size_t shapes = shape_count(model), meshes = mesh_count(model);
+    if (meshes > 0) meshes_.emplace(executor, model);
+    if (shapes > 0) shapes_.emplace(executor, model);
+    if (meshes + shapes < model.environment.size()) deforming_.emplace(executor, model);
+    count_ = int(meshes_.has_value()) + int(shapes_.has_value()) + int(deforming_.has_value());
   }
 
   /// Detects the contacts of the paths from x to p, while the objects move from their poses at `start` to those at
@@ -172,6 +175,13 @@ class EnvironmentColliders {
   void restore_state(const ProximityMemory& all) {
     if (meshes_) meshes_->restore_state(all);
   }
+  // What only exact shapes have.
+  std::optional<ShapeMemory> save_shapes(std::size_t particles) const {
+    return shapes_ ? std::optional(shapes_->save_state(particles)) : std::nullopt;
+  }
+  void restore_shapes(const ShapeMemory& memory, std::size_t particles) {
+    if (shapes_) shapes_->restore_state(memory, particles);
+  }
 
  private:
   static constexpr int kRounds = 8;  // as ClampTunnelling has of the meshes of one collider
@@ -180,11 +190,13 @@ class EnvironmentColliders {
   template <class Work>
   void for_each(const Work& work) {
     if (meshes_) work(*meshes_);
+    if (shapes_) work(*shapes_);
     if (deforming_) work(*deforming_);
   }
   template <class Work>
   void for_each(const Work& work) const {
     if (meshes_) work(*meshes_);
+    if (shapes_) work(*shapes_);
     if (deforming_) work(*deforming_);
   }
   template <class Test>
@@ -224,6 +236,7 @@ class EnvironmentColliders {
 
   Executor executor_;
   std::optional<MeshCollider<Executor, R>> meshes_;
+  std::optional<ShapeCollider<Executor, R>> shapes_;
   std::optional<DeformingCollider<Executor, R>> deforming_;
   int count_ = 0;                                // number of colliders
   PointArray<Executor, R> saved_displacements_;  // of particles that several colliders push

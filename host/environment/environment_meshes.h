@@ -30,7 +30,7 @@ class EnvironmentMeshes {
   EnvironmentMeshes(const Executor& executor, const Model& model)
       : executor_(executor), staging_(executor), group_count_(static_cast<int>(groups_of(model.x.size()))) {
     for (const EnvironmentMesh& mesh : model.environment)
-      if (!deforms(mesh)) objects.emplace_back(device_, mesh, model.x.size());
+      if (is_rigid_mesh(mesh)) objects.emplace_back(device_, mesh, model.x.size());
     const std::size_t masks = kOnHost ? 1 : objects.size();
     bits_ = Array<Executor, unsigned long long>(masks * static_cast<std::size_t>(group_count_), 0ull);
     if (kOnHost) return;

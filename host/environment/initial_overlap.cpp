@@ -30,7 +30,7 @@ struct Inside {
   Point out{};       // unit, in the world
 };
 
-/// A solid at time 0. Its Embree scene is built when a particle lies in its box.
+/// A solid at time 0. The Embree scene of a mesh is built when a particle lies in its box.
 class Solid {
  public:
   Solid(const Device& device, const EnvironmentMesh& mesh)
@@ -42,6 +42,7 @@ class Solid {
   Inside find(const std::vector<Vec3>& x, const std::vector<int>& particles) {
     Inside found;
     const double least = 1e-6 * mesh_.spec.thickness;
+    if (mesh_.exact) return find_in(moving_shape(*mesh_.exact, mesh_.spec, 0, 0), least, x, particles);
     for (const int i : particles) {
       const Point a = to_local(pose_, Point{x[i][0], x[i][1], x[i][2]});
       const auto& [low, high] = box_;
@@ -60,6 +61,20 @@ class Solid {
   }
 
  private:
+  static Inside find_in(const MovingShape& shape, double least, const std::vector<Vec3>& x,
+                        const std::vector<int>& particles) {
+    Inside found;
+    for (const int i : particles) {
+      const Point a = to_local(shape.before, Point{x[i][0], x[i][1], x[i][2]});
+      const SurfaceDistance<double> at = distance_to(shape.shape, a);
+      if (!(-at.distance > least)) continue;
+      ++found.particles;
+      if (-at.distance <= found.depth) continue;
+      found.deepest = i, found.depth = -at.distance, found.out = rotate(shape.before, at.normal);
+    }
+    return found;
+  }
+
   const Device& device_;
   const EnvironmentMesh& mesh_;
   Pose pose_;

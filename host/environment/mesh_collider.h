@@ -86,8 +86,7 @@ class MeshCollider {
                                              meshes_.contact_range(k), rounding, k == 0, clearance_.data()});
     const MinClearance all =
         parallel_reduce<MinClearance>(executor(), meshes_.groups(), ReduceClearance{clearance_.data()});
-    const double speed = (all.distance - g * h * h) / ((substeps + 1) * h);
-    return std::sqrt(all.speed2) + g * h * substeps < speed ? speed : 0;
+    return all.max_contact_free_speed(h, substeps, g);
   }
 
   /// Largest depth of a particle below a surface (m) at the given time, or when it was forced through one.

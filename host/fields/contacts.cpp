@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/fields/contacts.h"
 
+#include <cmath>
+
 #include "host/attachments/pose.h"
 #include "host/base/parallel_tasks.h"
 
@@ -32,12 +34,24 @@ std::optional<ContactPoint> touch(const ClosestPointIndex& surface, Sides sides,
   return ContactPoint{-1, -1, {near.q.x, near.q.y, near.q.z}, {normal.x, normal.y, normal.z}, distance};
 }
 
+/// The same for an exact shape.
+std::optional<ContactPoint> touch(const PlacedShape& placed, const Point& a, double reach) {
+  const Point own = to_local(placed.pose, a);
+  const SurfaceDistance<double> near = distance_to(placed.shape, own);
+  if (std::abs(near.distance) > reach) return std::nullopt;
+  const Point q = to_world(placed.pose, own - near.normal * near.distance), n = rotate(placed.pose, near.normal);
+  return ContactPoint{-1, -1, {q.x, q.y, q.z}, {n.x, n.y, n.z}, near.distance};
+}
+
 }  // namespace
 
 Contacts::Contacts(const Model& model, int threads) : threads_(threads) {
-  if (model.environment.empty()) return;
-  device_.emplace();
-  for (const EnvironmentMesh& mesh : model.environment) objects_.emplace_back(*device_, mesh);
+  if (mesh_count(model) > 0) device_.emplace();
+  for (const EnvironmentMesh& object : model.environment) {
+    Object& added = objects_.emplace_back();
+    added.exact = object.exact, added.spec = object.spec;
+    if (!object.exact) added.surface.emplace(*device_, object.mesh);
+  }
 }
 
 std::vector<ContactPoint> Contacts::operator()(const std::vector<Vec3>& x, double time, double slack) const {
@@ -53,7 +67,8 @@ std::vector<ContactPoint> Contacts::operator()(const std::vector<Vec3>& x, doubl
       found[chunk].clear();
       for (std::size_t i = begin; i < end; ++i) {
         const Point a = to_local(pose, Point{x[i][0], x[i][1], x[i][2]});
-        std::optional<ContactPoint> one = touch(object.surface, object.spec.sides, a, thickness, reach);
+        std::optional<ContactPoint> one = object.exact ? touch(*object.exact, a, reach)
+                                                       : touch(*object.surface, object.spec.sides, a, thickness, reach);
         if (!one) continue;
         const Point at = to_world(pose, Point{one->at[0], one->at[1], one->at[2]});
         const Point normal = rotate(pose, Point{one->normal[0], one->normal[1], one->normal[2]});

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Visual field of contacts: the points where particles touch the environment. It queries its own copy of the meshes, so
-// that the solver's stay unchanged.
+// that the solver's stay unchanged, and exact shapes themselves.
 #pragma once
 #include <deque>
 #include <optional>
@@ -30,8 +30,8 @@ class Contacts {
 
  private:
   struct Object {
-    Object(const Device& device, const EnvironmentMesh& mesh) : surface(device, mesh.mesh), spec(mesh.spec) {}
-    ClosestPointIndex surface;
+    std::optional<ClosestPointIndex> surface;  // of a mesh
+    std::optional<PlacedShape> exact;          // otherwise
     EnvironmentSpec spec;
   };
   std::optional<Device> device_;

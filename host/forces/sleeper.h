@@ -29,8 +29,9 @@ inline std::vector<Mover> movers_of(const Model& model) {
     if (!moves(object)) continue;
     const auto [low, high] = bounds_of(object.mesh.points);
     const Vector3<double> a{low[0], low[1], low[2]}, b{high[0], high[1], high[2]};
-    movers.push_back({deforms(object) ? &object : nullptr, object.spec.motion, (a + b) * 0.5, norm(b - a) / 2,
-                      2 * object.spec.thickness});
+    const bool infinite = object.exact && object.exact->shape.kind == ConvexKind::HalfSpace;
+    movers.push_back({deforms(object) ? &object : nullptr, object.spec.motion, (a + b) * 0.5,
+                      infinite ? INFINITY : norm(b - a) / 2, 2 * object.spec.thickness});
   }
   const auto add_everywhere = [&](const auto& sets) {  // pins and attachments act wherever the box is
     for (const auto& set : sets)

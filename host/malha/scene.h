@@ -34,15 +34,16 @@ struct GridShape {
   std::array<double, 2> size{1, 1};
   std::array<int, 2> cells{16, 16};
 };
-/// A subdivided icosahedron about the origin: 10 * 4^subdivisions + 2 points, triangles.
+/// A subdivided icosahedron about the origin: 10 * 4^subdivisions + 2 points, triangles. Without subdivisions it is an
+/// exact sphere, for the environment alone.
 struct SphereShape {
   double radius = 0.5;
-  int subdivisions = 3;
+  std::optional<int> subdivisions = 3;
 };
-/// The surface of a box about the origin, of quads.
+/// The surface of a box about the origin, of quads. Without cells it is an exact box, for the environment alone.
 struct BoxShape {
   Vec3 size{1, 1, 1};
-  std::array<int, 3> cells{4, 4, 4};
+  std::optional<std::array<int, 3>> cells = std::array<int, 3>{4, 4, 4};
 };
 /// The surface of a bar that runs along x from x = 0, of square cells with sides of width / cells.
 struct BarShape {
@@ -74,8 +75,28 @@ struct MeshDataShape {
   /// True if the mesh consists of points only, which become loose particles.
   bool loose() const { return faces.empty() && lines.empty() && tetrahedra.empty(); }
 };
+/// The half-space y <= 0; particles stay above it. This and the shapes below are exact, and for the environment alone.
+struct PlaneShape {};
+/// All points within a radius of the line between two points.
+struct CapsuleShape {
+  Vec3 from{0, -0.5, 0}, to{0, 0.5, 0};  ///< m, different points
+  double radius = 0.25;                  ///< m
+};
+/// A cylinder between the centres of its two faces.
+struct CylinderShape {
+  Vec3 from{0, -0.5, 0}, to{0, 0.5, 0};  ///< m, different points
+  double radius = 0.25;                  ///< m
+};
 using Shape = std::variant<MeshFile, GridShape, SphereShape, BoxShape, BarShape, ChainShape, LatticeShape, TetBoxShape,
-                           MeshDataShape>;
+                           MeshDataShape, PlaneShape, CapsuleShape, CylinderShape>;
+
+/// True if the shape is exact: it has no mesh, and particles keep their distance from the surface itself.
+inline bool is_exact(const Shape& shape) {
+  const auto* sphere = std::get_if<SphereShape>(&shape);
+  const auto* box = std::get_if<BoxShape>(&shape);
+  return (sphere && !sphere->subdivisions) || (box && !box->cells) || std::holds_alternative<PlaneShape>(shape) ||
+         std::holds_alternative<CapsuleShape>(shape) || std::holds_alternative<CylinderShape>(shape);
+}
 
 /// True if the particles of the shape are loose: without faces, lines and tetrahedra.
 inline bool is_loose(const Shape& shape) {
@@ -227,15 +248,15 @@ struct AnimationSpec {
 
 struct EnvironmentSpec {
   std::string name;
-  Shape shape;  ///< with faces; of a glTF file with an animation its pose at time 0
+  Shape shape;  ///< exact, or with faces; of a glTF file with an animation its pose at time 0
   Transform transform;
-  Sides sides = Sides::Solid;
-  bool push_out = false;  ///< moves bodies that start inside of a solid out of it; otherwise they are refused
+  Sides sides = Sides::Solid;  ///< of a mesh; exact shapes are solid
+  bool push_out = false;       ///< moves bodies that start inside of a solid out of it; otherwise they are refused
   /// m, distance that particles keep from the surface; 0: default_thickness() of host/model/unlikely.h.
   double thickness = 0.005;
   double friction = 0;     ///< Coulomb's mu, >= 0
   double restitution = 0;  ///< [0, 1]
-  bool edges = false;      ///< detects contacts of its edges and corners too, not only of its faces with particles
+  bool edges = false;      ///< detects contacts of its edges and corners too, not only of its surface with particles
   std::vector<Keyframe> motion;            ///< empty: the object is at rest
   std::optional<AnimationSpec> animation;  ///< of the vertices, before the transform and the motion; none: it is rigid
 };
@@ -373,7 +394,7 @@ struct Scene {
   std::optional<Wind> wind;
   std::optional<Sleep> sleep;                ///< none: the scene never sleeps
   std::vector<BodySpec> bodies;              ///< at least one
-  std::vector<EnvironmentSpec> environment;  ///< if it is empty, Embree is not used
+  std::vector<EnvironmentSpec> environment;  ///< if it has no mesh, Embree is not used
   std::optional<SelfCollision> self_collision;
   double duration = 1;  ///< s
   OutputSpec outputs;

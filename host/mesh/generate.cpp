@@ -11,6 +11,7 @@
 
 #include "host/mesh/io/mesh_io.h"
 #include "host/mesh/tetrahedra.h"
+#include "host/mesh/vectors.h"
 #include "malha/error.h"
 #include "malha/text.h"
 
@@ -99,10 +100,11 @@ Mesh subdivide(const Mesh& coarse) {
 }
 
 Mesh make(const SphereShape& sphere) {
-  if (sphere.subdivisions < 0) refuse("sphere", "subdivisions", std::to_string(sphere.subdivisions), "0 or more");
-  require_countable("sphere", 10 * std::pow(4.0, sphere.subdivisions) + 2);
+  if (!sphere.subdivisions) refuse("sphere", "subdivisions", "none, which is an exact sphere", "a number, for a mesh");
+  if (*sphere.subdivisions < 0) refuse("sphere", "subdivisions", std::to_string(*sphere.subdivisions), "0 or more");
+  require_countable("sphere", 10 * std::pow(4.0, *sphere.subdivisions) + 2);
   Mesh mesh = icosahedron();
-  for (int level = 0; level < sphere.subdivisions; ++level) mesh = subdivide(mesh);
+  for (int level = 0; level < *sphere.subdivisions; ++level) mesh = subdivide(mesh);
   for (Vec3& point : mesh.points) {
     for (double& value : point) value *= sphere.radius;
   }
@@ -166,8 +168,9 @@ Mesh box_between(const char* shape, const Vec3& low, const Vec3& high, const std
 }
 
 Mesh make(const BoxShape& box) {
+  if (!box.cells) refuse("box", "cells", "none, which is an exact box", "numbers, for a mesh");
   const auto [x, y, z] = box.size;
-  return box_between("box", {-x / 2, -y / 2, -z / 2}, {x / 2, y / 2, z / 2}, box.cells);
+  return box_between("box", {-x / 2, -y / 2, -z / 2}, {x / 2, y / 2, z / 2}, *box.cells);
 }
 
 Mesh make(const BarShape& bar) {
@@ -216,6 +219,62 @@ Mesh make(const ChainShape& chain) {
     if (i > 0) mesh.lines.push_back({i - 1, i});
   }
   return mesh;
+}
+
+/// A closed surface of revolution about the line between two points: rings of points, each at a place along the line
+/// (m, from its start) with a radius, between two points on the line.
+Mesh revolve(const Vec3& from, const Vec3& to, double below, double above,
+             const std::vector<std::array<double, 2>>& rings) {
+  constexpr int around = 32;
+  const auto unit = [](const Vec3& a) {
+    const double length = norm(a);
+    return Vec3{a[0] / length, a[1] / length, a[2] / length};
+  };
+  const Vec3 along = unit(minus(to, from));
+  const Vec3 other = std::abs(along[0]) < 0.5 ? Vec3{1, 0, 0} : Vec3{0, 0, 1};
+  const Vec3 u = unit(cross(along, other)),
+             v = cross(u, along);  // so that faces are counter-clockwise seen from outside
+  const auto at = [&](double place, double x, double y) {
+    Vec3 point{};
+    for (int k = 0; k < 3; ++k) point[k] = from[k] + place * along[k] + x * u[k] + y * v[k];
+    return point;
+  };
+  Mesh mesh;
+  mesh.points = {at(below, 0, 0), at(above, 0, 0)};
+  for (const auto& [place, radius] : rings)
+    for (int j = 0; j < around; ++j) {
+      const double angle = 2 * std::numbers::pi * j / around;
+      mesh.points.push_back(at(place, radius * std::cos(angle), radius * std::sin(angle)));
+    }
+  const auto number = [](std::size_t ring, int j) { return 2 + static_cast<int>(ring) * around + j % around; };
+  for (int j = 0; j < around; ++j) {
+    mesh.faces.push_back({0, number(0, j), number(0, j + 1), -1});
+    for (std::size_t ring = 0; ring + 1 < rings.size(); ++ring)
+      mesh.faces.push_back({number(ring, j + 1), number(ring, j), number(ring + 1, j), number(ring + 1, j + 1)});
+    mesh.faces.push_back({1, number(rings.size() - 1, j + 1), number(rings.size() - 1, j), -1});
+  }
+  return mesh;
+}
+
+Mesh make(const CapsuleShape& capsule) {
+  constexpr int rings = 8;  // of a half sphere
+  const double length = norm(minus(capsule.to, capsule.from)), radius = capsule.radius;
+  std::vector<std::array<double, 2>> all;
+  for (int k = 1; k <= rings; ++k) {
+    const double angle = std::numbers::pi / 2 * k / rings;
+    all.push_back({-radius * std::cos(angle), radius * std::sin(angle)});
+  }
+  for (int k = rings - 1; k >= 0; --k) all.push_back({length - all[k][0], all[k][1]});
+  return revolve(capsule.from, capsule.to, -radius, length + radius, all);
+}
+
+Mesh make(const CylinderShape& cylinder) {
+  const double length = norm(minus(cylinder.to, cylinder.from));
+  return revolve(cylinder.from, cylinder.to, 0, length, {{0, cylinder.radius}, {length, cylinder.radius}});
+}
+
+Mesh make(const PlaneShape&) {
+  return {{{-1, 0, -1}, {-1, 0, 1}, {1, 0, 1}, {1, 0, -1}}, {{0, 1, 2, 3}}, {}, {}};
 }
 
 Mesh make(const LatticeShape& lattice) {

@@ -11,7 +11,8 @@ namespace malha {
 /// points of a lattice, x fastest, then y, then z. A bar has as many cells along x as make them closest to squares, at
 /// least one, and is centred on the x axis. A tet_box has all points of its lattice in the same order, and five
 /// tetrahedra per cell. Mesh data are taken as given, with their tetrahedra completed (host/mesh/tetrahedra.h). A
-/// lattice with one particle along an axis has it in the middle. Throws InputError for counts below one and for meshes
+/// lattice with one particle along an axis has it in the middle. Capsules and cylinders, which are for drawing, have 32
+/// points around; a plane is a square of 2 m. Throws InputError for counts below one and for meshes
 /// with too many points.
 Mesh generate(const Shape& shape);
 

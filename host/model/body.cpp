@@ -83,8 +83,9 @@ Body make_body(const Scene& scene, std::size_t index, BodyMeshes meshes, const T
 
 EnvironmentMesh load_environment(const Scene& scene, std::size_t e, int& zero_area_faces) {
   const EnvironmentSpec& spec = scene.environment[e];
+  if (is_exact(spec.shape)) return {spec, {}, {}};
   const std::string file = origin(scene, spec.shape);
-  EnvironmentMesh mesh{spec, make_mesh(spec.shape)};
+  EnvironmentMesh mesh{spec, make_mesh(spec.shape), {}};
   // The vertices of the environment are not particles: equal positions may be merged, and unused vertices may stay.
   if (const auto* of = std::get_if<MeshFile>(&spec.shape)) weld(mesh.mesh, of->weld.value_or(0), file);
   if (spec.animation && !spec.animation->from_code) mesh.animation = load_animation(scene, e, mesh.mesh);

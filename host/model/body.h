@@ -48,7 +48,8 @@ BodyMeshes load_body(const Scene& scene, std::size_t index, int& zero_area_faces
 /// may be null. Throws InputError.
 Body make_body(const Scene& scene, std::size_t index, BodyMeshes meshes, const TearState* torn);
 
-/// Reads or generates, welds, checks and transforms the mesh of scene.environment[index]. Throws InputError.
+/// Reads or generates, welds, checks and transforms the mesh of scene.environment[index]; that of an exact shape stays
+/// empty. Throws InputError.
 EnvironmentMesh load_environment(const Scene& scene, std::size_t index, int& zero_area_faces);
 
 }  // namespace malha

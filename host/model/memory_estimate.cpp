@@ -39,9 +39,9 @@ void for_each_array(M& model, const Visit& visit) {
 constexpr double kSphere = 10;  // an icosahedron after s subdivisions has 10 4^s + 2 vertices
 
 double particles_of(const GridShape& s) { return (s.cells[0] + 1.0) * (s.cells[1] + 1.0); }
-double particles_of(const SphereShape& s) { return kSphere * std::pow(4, s.subdivisions) + 2; }
+double particles_of(const SphereShape& s) { return kSphere * std::pow(4, *s.subdivisions) + 2; }
 double particles_of(const BoxShape& s) {
-  const double x = s.cells[0], y = s.cells[1], z = s.cells[2];
+  const double x = (*s.cells)[0], y = (*s.cells)[1], z = (*s.cells)[2];
   return 2 * (x * y + y * z + z * x) + 2;
 }
 double particles_of(const TetBoxShape& s) { return (s.cells[0] + 1.0) * (s.cells[1] + 1.0) * (s.cells[2] + 1.0); }
@@ -50,6 +50,10 @@ double particles_of(const ChainShape& s) { return s.segments + 1.0; }
 double particles_of(const LatticeShape& s) { return 1.0 * s.count[0] * s.count[1] * s.count[2]; }
 double particles_of(const MeshDataShape& s) { return static_cast<double>(s.points.size()); }
 double particles_of(const MeshFile&) { return 0; }
+// Exact shapes have a few points for drawing alone.
+double particles_of(const PlaneShape&) { return 0; }
+double particles_of(const CapsuleShape&) { return 0; }
+double particles_of(const CylinderShape&) { return 0; }
 
 /// A lower bound of the memory for setting up the generated shapes of a scene, in bytes: measured with a million
 /// particles each, and rounded down.
@@ -63,7 +67,8 @@ double min_setup_bytes(const Scene& scene) {
     sum += each * std::visit([](const auto& shape) { return particles_of(shape); }, body.shape);
   }
   for (const EnvironmentSpec& object : scene.environment)
-    sum += element * std::visit([](const auto& shape) { return particles_of(shape); }, object.shape);
+    if (!is_exact(object.shape))
+      sum += element * std::visit([](const auto& shape) { return particles_of(shape); }, object.shape);
   return sum;
 }
 

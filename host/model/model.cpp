@@ -119,6 +119,7 @@ class Builder {
         for (std::size_t e = 0; e < scene.environment.size(); ++e)
           errors.collect([&] { model_.environment.push_back(load_environment(scene, e, model_.zero_area_faces)); });
       errors.throw_all();
+      if (!torn_) place_exact_shapes();
     });
     if (!torn_) set_default_thickness();
     check_expectations(scene,
@@ -139,6 +140,17 @@ class Builder {
   }
 
  private:
+  void place_exact_shapes() {
+    std::vector<Vec3> points;  // of the bodies
+    for (EnvironmentMesh& object : model_.environment) {
+      if (!is_exact(object.spec.shape)) continue;
+      if (points.empty())
+        for (const Body& body : bodies_) points.insert(points.end(), body.mesh.points.begin(), body.mesh.points.end());
+      object.exact = place(object.spec.shape, object.spec.transform);
+      object.mesh = drawing_of(object.spec.shape, object.spec.transform, points);
+    }
+  }
+
   void set_default_thickness() {
     const double thickness = model_.environment.empty() ? 0 : default_thickness(finest_edge(bodies_));
     for (std::size_t e = 0; e < model_.environment.size(); ++e) {
@@ -331,6 +343,14 @@ std::vector<int> bodies_of(const Model& model) {
   std::vector<int> body(model.user_index.size());
   for (std::size_t i = 0; i < body.size(); ++i) body[i] = body_of(model, model.user_index[i]);
   return body;
+}
+
+std::size_t mesh_count(const Model& model) {
+  return static_cast<std::size_t>(std::ranges::count_if(model.environment, is_rigid_mesh));
+}
+std::size_t shape_count(const Model& model) {
+  const auto is_exact = [](const EnvironmentMesh& object) { return object.exact.has_value(); };
+  return static_cast<std::size_t>(std::ranges::count_if(model.environment, is_exact));
 }
 
 bool names_edges(const Scene& scene) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "host/animation/animation.h"
+#include "host/environment/exact_shape.h"
 #include "host/mesh/rest_shape.h"
 #include "host/model/ordering/patches.h"
 #include "host/model/pins.h"
@@ -100,9 +101,11 @@ struct SetVertices {
   double start = 0, end = 0;   // s
 };
 
+/// An object of the environment.
 struct EnvironmentMesh {
   EnvironmentSpec spec;
-  Mesh mesh;                                     // after the transform of the spec; of an animation at time 0
+  Mesh mesh;  // after the transform of the spec; of an animation at time 0; of an exact shape for drawing alone
+  std::optional<PlacedShape> exact{};            // none: particles touch the mesh
   std::shared_ptr<const Animation> animation{};  // of the mesh's points; null: none, or from code
   SetVertices set{};                             // of an animation from code
 };
@@ -178,7 +181,10 @@ int body_of(const Model& model, int user_index);
 /// The body of each particle, in the solver's order.
 std::vector<int> bodies_of(const Model& model);
 
-/// True if an object of the environment has "edges".
-bool names_edges(const Scene& scene);
+/// Tells whether an object is a mesh that does not deform.
+inline bool is_rigid_mesh(const EnvironmentMesh& object) { return !object.exact && !object.spec.animation; }
+/// Numbers of objects of the environment that are such meshes, and exact shapes; the others are meshes that deform.
+std::size_t mesh_count(const Model& model);
+std::size_t shape_count(const Model& model);
 
 }  // namespace malha

@@ -176,9 +176,9 @@ Json data_of(const Simulation& simulation, const DeviceEstimate* estimate,
     json["memory"][owner + "_bytes"] = static_cast<std::size_t>(bytes);
   json["memory"]["peak_mib"] = peak_memory_mib();
   json["memory"]["checkpoint_bytes"] = simulation.save_state().size();
-  if (!model.environment.empty()) json["memory_not_counted"].push_back("Embree");
+  if (mesh_count(model) > 0) json["memory_not_counted"].push_back("Embree");
   if (facts.self || facts.edges) json["memory_not_counted"].push_back("pairs in contact");
-  json["embree"] = !scene.environment.empty();
+  json["embree"] = mesh_count(model) > 0;
   if (!scene.environment.empty()) json["environment_objects"] = scene.environment.size();
   for (const Launches& of : simulation.times().launches)
     json["launches_of_first_step"].push_back({{"kernel", of.kernel}, {"launches", of.launches}, {"items", of.items}});

@@ -35,7 +35,9 @@ std::vector<StepPass> step_passes(const Model& model, const Solver& solver) {
   const StepPlan& plan = solver.step_plan();
   const SolverSpec& spec = model.scene.solver;
   const std::size_t substeps = spec.substeps, iterations = substeps * spec.iterations;
-  const std::size_t solves = iterations * sweep_order(facts.patches.colours).size(), objects = model.environment.size();
+  const std::size_t solves = iterations * sweep_order(facts.patches.colours).size(), meshes = mesh_count(model);
+  // Exact shapes have one launch for all of them.
+  const std::size_t shapes = meshes < model.environment.size() ? 1 : 0;
   const std::size_t free = model.free.empty() ? 0 : 1, refine = spec.desbrun.refinement_iterations;
   const std::size_t comparisons = spec.substeps / plan.substeps_compared(spec.substeps);  // of momenta
   const std::size_t drags = model.scene.wind && model.scene.wind->drag > 0 ? substeps : 0;
@@ -77,12 +79,13 @@ std::vector<StepPass> step_passes(const Model& model, const Solver& solver) {
       {Stage::SolveSubstep, Pass::MomentumCorrection, 4 * comparisons * free},
       {Stage::SolveSubstep, Pass::Levels, uses * cycle + restrictions},
       {Stage::SolveSubstep, Pass::FusedSolve, solves},
-      {Stage::DetectContacts, Pass::Collision, 4 * objects * substeps},
+      {Stage::DetectContacts, Pass::Collision, (4 * meshes + shapes) * substeps},
       {Stage::CorrectCoarsely, Pass::Levels, uses * (cycle + 2)},
       {Stage::StartPressures, Pass::Pressure, substeps * facts.pressure_starts},
-      {Stage::ClampTunnelling, Pass::Collision, (objects + 2) * substeps},
+      {Stage::ClampTunnelling, Pass::Collision, (meshes > 0 ? meshes + 2 : 1) * substeps},
       {Stage::UpdateState, Pass::State, substeps},
-      {Stage::Restitute, Pass::Contact, substeps * (objects + (bounces ? 3 : 0))},  // 0 still stops the approach
+      {Stage::Restitute, Pass::Contact,
+       substeps * (meshes + shapes + (bounces ? (meshes > 0 ? 3 : 0) + shapes : 0))},  // 0 still stops the approach
       {Stage::Restitute, Pass::State, bounces ? substeps : 0},
       {Stage::EndSelfCollision, Pass::SelfCollision, 9 * substeps,
        "at least; more where pairs are near or searched for"},
@@ -97,7 +100,7 @@ std::vector<StepPass> step_passes(const Model& model, const Solver& solver) {
       {IterationStage::ProjectAttachments, Pass::Attachments, iterations * model.attached.size()},
       {IterationStage::ProjectUserConstraints, Pass::UserConstraints, user},
       {IterationStage::SolveSelfContacts, Pass::SelfCollision, 2 * iterations},
-      {IterationStage::SolveContacts, Pass::Contact, iterations * objects},
+      {IterationStage::SolveContacts, Pass::Contact, iterations * (meshes + shapes)},
   };
 
   std::array<StepPass, kPassNames.size()> passes;
@@ -111,18 +114,19 @@ std::vector<StepPass> step_passes(const Model& model, const Solver& solver) {
   for (const IterationStage stage : plan.iteration)
     for (const auto& of : of_iteration_stages)
       if (of.stage == stage) add(of.pass, of.launches, of.remark);
+  const std::size_t clearances = (meshes > 0 ? meshes + 1 : 0) + 2 * shapes;
   // Once a step: momenta are restored, after a measurement unless a comparison was the last one; levels have an origin
   // for its positions; the clearance to each object and to all; and what watches whole steps. A sleeping scene launches
   // none of all these.
   add(Pass::MomentumCorrection, free * (plan.compares_substeps() ? 2 : 4));
-  add(Pass::Levels, facts.level_layouts), add(Pass::Collision, plan.skips_contacts ? objects + 1 : 0);
+  add(Pass::Levels, facts.level_layouts), add(Pass::Collision, plan.skips_contacts ? clearances : 0);
   add(Pass::Tearing, can_tear(model.scene)), add(Pass::Sleep, model.scene.sleep.has_value());
 
   std::vector<StepPass> all;
   std::ranges::copy_if(passes, std::back_inserter(all), [](const StepPass& pass) { return pass.launches > 0; });
   if (plan.skips_contacts)
     all.push_back(
-        {"while nothing comes near the environment", 2 * objects + 1 + solves, "collision and patch solves alone"});
+        {"while nothing comes near the environment", clearances + meshes + solves, "collision and patch solves alone"});
   return all;
 }
 

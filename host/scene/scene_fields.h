@@ -166,7 +166,7 @@ Field list(const std::string& key, std::vector<T>& to, const Read& read_one, con
 /// A name that is also valid as a file name: without '/' and '\', and without '.' in front.
 Field name_field(std::string& name);
 
-enum class ShapeUse { Body, Environment };  // shapes of the environment need faces
+enum class ShapeUse { Body, Environment, Any };  // shapes of the environment have faces, or are exact
 /// Mesh paths are read and written relative to `folder`. They are written as absolute ones if it is empty.
 Field shape_field(Shape& shape, ShapeUse use, const std::string& folder);
 /// The path of a file or folder, read and written as those of meshes.

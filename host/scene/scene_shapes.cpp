@@ -51,9 +51,9 @@ Field path_field(const std::string& key, std::string& path, const std::string& f
   return {key, read, false, [&path, key, folder](Json& json) { json[key] = path_from(folder, path); }};
 }
 
-/// The fields of a grid, a box and a tet_box.
+/// The fields of a grid and a tet_box.
 template <class Cells>
-requires requires(Cells of) { of.size, of.cells; }
+requires requires(Cells of) { of.size, of.cells[0]; }
 static Fields fields_of(Cells& of) {
   return {required(field("size", of.size, above(0, "m"))), required(field("cells", of.cells, Integers{1, max_cells}))};
 }
@@ -63,11 +63,15 @@ static void check(const JsonReader& at, const GridShape& grid) {
 
 static Fields fields_of(SphereShape& sphere) {
   return {required(field("radius", sphere.radius, above(0, "m"))),
-          required(field("subdivisions", sphere.subdivisions, Integers{0, max_subdivisions}))};
+          field("subdivisions", sphere.subdivisions, Integers{0, max_subdivisions})};
 }
 
+static Fields fields_of(BoxShape& box) {
+  return {required(field("size", box.size, above(0, "m"))), field("cells", box.cells, Integers{1, max_cells})};
+}
 static void check(const JsonReader& at, const BoxShape& box) {
-  const auto [x, y, z] = box.cells;
+  if (!box.cells) return;
+  const auto [x, y, z] = *box.cells;
   refuse_too_many(at.at("cells"), 2 * (1.0 * x * y + 1.0 * y * z + 1.0 * z * x) + 2);
 }
 
@@ -85,6 +89,20 @@ static void check(const JsonReader& at, const BarShape& bar) {
     at.at("cells").refuse_value("a number of cells for which at most " + std::to_string(max_cells) +
                                 " fit along the length");
   refuse_too_many(at.at("cells"), 2.0 * bar.cells * (bar.cells + 2 * along));
+}
+
+static Fields fields_of(PlaneShape&) { return {}; }
+/// The fields of a capsule and a cylinder.
+template <class Line>
+requires requires(Line of) { of.from, of.to, of.radius; }
+static Fields fields_of(Line& of) {
+  return {required(field("from", of.from, any("m"))), required(field("to", of.to, any("m"))),
+          required(field("radius", of.radius, above(0, "m")))};
+}
+template <class Line>
+requires requires(Line of) { of.from, of.to, of.radius; }
+static void check(const JsonReader& at, const Line& of) {
+  if (of.from == of.to) at.at("to").refuse("the same point as 'from'", "another point");
 }
 
 static Fields fields_of(ChainShape& chain) {
@@ -144,17 +162,42 @@ Field mesh_field(Shape& shape, const std::string& folder) {
           }};
 }
 
+/// A shape that is exact unless `mesh` says how it is meshed.
+template <class T, class Value>
+Field meshed_or_exact(const std::string& key, Shape& shape, std::optional<Value> T::*mesh) {
+  Field field = alternative<T>(key, shape);
+  field.read = [&shape, mesh](const JsonReader& at) {
+    T held;
+    (held.*mesh).reset();
+    at.object(fields_of(held)), check(at, held);
+    shape = held;
+  };
+  return field;
+}
+
 Fields kinds_of_shapes(Shape& shape, ShapeUse use, const std::string& folder) {
   Fields kinds{mesh_field(shape, folder),
                alternative<GridShape>("grid", shape),
-               alternative<SphereShape>("sphere", shape),
-               alternative<BoxShape>("box", shape),
+               meshed_or_exact("sphere", shape, &SphereShape::subdivisions),
+               meshed_or_exact("box", shape, &BoxShape::cells),
                alternative<BarShape>("bar", shape),
                alternative<MeshDataShape>("mesh_data", shape)};
   const Fields of_bodies{alternative<ChainShape>("chain", shape), alternative<LatticeShape>("lattice", shape),
                          alternative<TetBoxShape>("tet_box", shape)};
-  if (use == ShapeUse::Body) kinds.insert(kinds.end(), of_bodies.begin(), of_bodies.end());
+  const Fields of_environment{alternative<PlaneShape>("plane", shape), alternative<CapsuleShape>("capsule", shape),
+                              alternative<CylinderShape>("cylinder", shape)};
+  if (use != ShapeUse::Environment) kinds.insert(kinds.end(), of_bodies.begin(), of_bodies.end());
+  if (use != ShapeUse::Body) kinds.insert(kinds.end(), of_environment.begin(), of_environment.end());
   return kinds;
+}
+
+/// Refuses an exact shape of a body, whose particles are the points of a mesh.
+void refuse_exact(const JsonReader& at, const Shape& shape) {
+  if (std::holds_alternative<SphereShape>(shape))
+    at.at("sphere").refuse("a sphere without 'subdivisions', which is exact and has no points",
+                           "'subdivisions' beside 'radius'; exact spheres are for the environment");
+  at.at("box").refuse("a box without 'cells', which is exact and has no points",
+                      "'cells' beside 'size'; exact boxes are for the environment");
 }
 
 }  // namespace
@@ -167,10 +210,11 @@ Field shape_field(Shape& shape, ShapeUse use, const std::string& folder) {
     if (weld && !std::holds_alternative<MeshFile>(found))
       at.at("weld").refuse("'weld' beside a generated shape", "'weld' beside 'mesh'");
     if (weld) std::get<MeshFile>(found).weld = weld;
+    if (use == ShapeUse::Body && is_exact(found)) refuse_exact(at, found);
     shape = found;
   };
   return {"shape", read, false, [&shape, folder](Json& json) {
-            json["shape"] = write(kinds_of_shapes(shape, ShapeUse::Body, folder));
+            json["shape"] = write(kinds_of_shapes(shape, ShapeUse::Any, folder));
             if (const auto* file = std::get_if<MeshFile>(&shape)) write_to(json["shape"], "weld", file->weld);
           }};
 }

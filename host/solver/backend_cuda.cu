@@ -60,10 +60,10 @@ std::unique_ptr<Solver> instantiate_on_cuda(const Model& model, const OpenMP& ho
   require(cudaGetDevice(&device), "be chosen");
   require(cudaDeviceGetAttribute(&shared, cudaDevAttrMaxSharedMemoryPerBlockOptin, device), "tell its memory");
   require(cudaDeviceGetAttribute(&at_once, cudaDevAttrConcurrentManagedAccess, device), "tell its memory");
-  if (!at_once && !model.environment.empty())
+  if (!at_once && mesh_count(model) > 0)
     throw InputError(
         "backend: found a CUDA device whose memory the host cannot read while kernels run; allowed for a "
-        "scene with an environment: one with concurrent managed access, or openmp, serial");
+        "scene with meshes in its environment: one with concurrent managed access, or openmp, serial");
   // Memory of environment meshes is managed: the host extends their triangle lists while kernels read them.
   const ScopedValue<ReadableMemory> managed(readable_memory, {[](std::size_t bytes, bool zeros) {
                                                                 void* const data = DeviceMemory::the().allocate(bytes);

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <cstring>
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,7 @@
 #include "host/base/hash.h"
 #include "host/environment/edge_memory.h"
 #include "host/environment/proximity_memory.h"
+#include "host/environment/shape_memory.h"
 #include "host/model/ordering/index_map.h"
 #include "host/self_collision/self_memory.h"
 #include "kernels/simd/particles.h"
@@ -28,12 +30,13 @@ template <class R>
 struct State {
   std::int64_t steps = 0;
   std::vector<std::array<R, 3>> x, v;
-  ProximityMemory proximity{};          // empty without environment
+  ProximityMemory proximity{};          // empty without environment meshes
   std::vector<std::int64_t> rest{};     // of sleep; empty without it
   SelfMemory<R> self{};                 // empty without self-collision
   EdgeMemory<R> edges{};                // empty without edges of the environment
   std::vector<float> overlaps{};        // that particles may keep at deforming meshes, m; empty without those
   std::vector<std::array<R, 3>> low{};  // positions less x, of compensated types
+  std::optional<ShapeMemory> shapes{};  // none without exact shapes
 };
 
 /// Sets x and low of a state from positions (m).
@@ -83,6 +86,7 @@ std::string save_state(const State<R>& state, const Contacts& contacts) {
   std::size_t most = 3 * sizeof state.steps + (2 * state.x.size() + state.low.size()) * sizeof state.x[0];
   most += contacts.box_count() * sizeof(GroupBox) + contacts.max_entries() * sizeof(CacheEntry) +
           contacts.near_count() * sizeof(PairRecord);
+  if (state.shapes) most += sizeof(std::int64_t[2]) + state.shapes->overlaps.size() * sizeof(OverlapRecord);
   of_all([&](const auto& values) { most += values.size() * sizeof values[0]; });
   bytes.reserve(most);
   const auto append = [&](const auto& values) { detail::append(bytes, values); };
@@ -92,6 +96,11 @@ std::string save_state(const State<R>& state, const Contacts& contacts) {
                                    static_cast<std::int64_t>(contacts.near_count())});
   contacts.for_each_part(append);
   of_all(append);
+  if (state.shapes) {
+    append(
+        std::vector<std::int64_t>{static_cast<std::int64_t>(state.shapes->update), std::ssize(state.shapes->overlaps)});
+    append(state.shapes->overlaps);
+  }
   return bytes;
 }
 template <class R>
@@ -99,9 +108,10 @@ std::string save_state(const State<R>& state) {
   return save_state(state, state.proximity);
 }
 
-/// Sizes of a state; `meshes`: number of environment meshes that are rigid, `deforming`: of those that are not.
+/// Sizes of a state; `meshes`, `shapes`, `deforming`: numbers of environment meshes that are rigid, of exact shapes, and
+/// of meshes that deform.
 struct StateSizes {
-  std::size_t particles = 0, meshes = 0, deforming = 0, rest = 0, searched = 0, edge_groups = 0;
+  std::size_t particles = 0, meshes = 0, shapes = 0, deforming = 0, rest = 0, searched = 0, edge_groups = 0;
 };
 
 namespace detail {
@@ -201,6 +211,15 @@ State<R> load_state(const std::string& bytes, const StateSizes& sizes, const std
                          sizes.deforming * sizes.particles * sizeof(float);
   const auto add = [&](const auto& list) { expected += list.size() * sizeof list[0]; };
   SelfMemory<R>::for_each_list(state.self, add), EdgeMemory<R>::for_each_list(state.edges, add);
+  std::int64_t shapes[2] = {0, 0};  // the update, and the number of overlaps
+  const std::size_t shapes_at = expected;
+  if (sizes.shapes > 0) {
+    if (bytes.size() >= shapes_at + sizeof shapes) std::memcpy(shapes, bytes.data() + shapes_at, sizeof shapes);
+    const auto most = static_cast<std::int64_t>(sizes.shapes * sizes.particles);
+    if (shapes[1] < 0 || shapes[1] > most)
+      refuse(file, "shapes", counted(shapes[1], "overlap"), "at most the " + std::to_string(most) + " pairs there are");
+    expected += sizeof shapes + static_cast<std::size_t>(shapes[1]) * sizeof(OverlapRecord);
+  }
   if (bytes.size() != expected)
     refuse(file, "state", std::to_string(bytes.size()) + " bytes",
            std::to_string(expected) + " bytes for this scene's particles and precision");
@@ -216,6 +235,11 @@ State<R> load_state(const std::string& bytes, const StateSizes& sizes, const std
   from = detail::take(from, sizes.deforming * sizes.particles, state.overlaps);
   const auto take = [&](auto& list) { from = detail::take(from, list.size(), list); };
   SelfMemory<R>::for_each_list(state.self, take), EdgeMemory<R>::for_each_list(state.edges, take);
+  if (sizes.shapes > 0) {
+    state.shapes.emplace(ShapeMemory{static_cast<OverlapUpdate>(shapes[0]), {}});
+    detail::take(from + sizeof shapes, static_cast<std::size_t>(shapes[1]), state.shapes->overlaps);
+    check(*state.shapes, static_cast<std::int64_t>(sizes.shapes * sizes.particles), file);
+  }
   detail::check_state(state, triangles, static_cast<std::int64_t>(sizes.meshes), file);
   return state;
 }
@@ -270,6 +294,7 @@ State<R> remapped(const State<R>& before, const std::vector<int>& from) {
   state.proximity = remapped(before.proximity, before.x.size(), from);
   for (std::size_t first = 0; first < before.overlaps.size(); first += before.x.size())
     for (const int i : from) state.overlaps.push_back(before.overlaps[first + static_cast<std::size_t>(i)]);
+  if (before.shapes) state.shapes = remapped(*before.shapes, std::ssize(before.x), from);
   return state;
 }
 
@@ -292,6 +317,7 @@ State<R> moved_to(const State<R>& before, std::int64_t steps, const std::vector<
     for (std::size_t i = 0; i < to.size(); ++i)
       if (state.x[i % x.size()] == before.x[i % x.size()]) to[i] = from[i];
   };
+  if (before.shapes) state.shapes.emplace();
   keep(before.self.contact_distance, state.self.contact_distance);
   keep(before.edges.contact_distance, state.edges.contact_distance);
   return state;

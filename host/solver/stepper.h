@@ -91,7 +91,10 @@ class TimeStepper : public Solver {
     if (kinematic_pins_) kinematic_pins_->set_pinned(time(), w_.data());
     pins_changed_ = true;
     if (sweep_) sweep_->clear_non_finite();
-    if (collider_) collider_->restore_state(saved.proximity), collider_->restore_overlaps(saved.overlaps);
+    if (collider_) {
+      collider_->restore_state(saved.proximity), collider_->restore_overlaps(saved.overlaps);
+      collider_->restore_shapes(saved.shapes.value_or(ShapeMemory{}), x_.size());
+    }
     if (sleeper_) user_constraints_ ? sleeper_->wake() : sleeper_->restore_state(saved.rest);
     if (self_) self_->restore_state(saved.self);
     if (edges_) edges_->restore_state(saved.edges);
@@ -645,15 +648,15 @@ class TimeStepper : public Solver {
     if (sleeper_) all.rest = sleeper_->save_state();
     if (self_) all.self = self_->save_state();
     if (edges_) all.edges = edges_->save_state();
-    if (collider_) all.overlaps = collider_->overlaps();
+    if (collider_) all.overlaps = collider_->overlaps(), all.shapes = collider_->save_shapes(x_.size());
     return all;
   }
 
   State<R> load(const std::string& bytes, std::size_t particles, const std::string& file) const {
-    const auto deforming = static_cast<std::size_t>(std::ranges::count_if(model_.environment, deforms));
     const StateSizes sizes{.particles = particles,
-                           .meshes = model_.environment.size() - deforming,
-                           .deforming = deforming,
+                           .meshes = mesh_count(model_),
+                           .shapes = shape_count(model_),
+                           .deforming = model_.environment.size() - mesh_count(model_) - shape_count(model_),
                            .rest = sleeper_ ? std::size_t(2) : 0,
                            .searched = self_ ? particles : 0,
                            .edge_groups = edges_ ? static_cast<std::size_t>(edges_->groups()) : 0};

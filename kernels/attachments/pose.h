@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Rigid transformation from a local frame to the world, in double: far from the origin a rotation loses many digits.
 #pragma once
-#include "kernels/simd/vec.h"
+#include "kernels/simd/pack.h"
 
 namespace malha {
 
@@ -12,17 +12,23 @@ struct Pose {
   bool moves = false;          // false: the identity
 };
 
-KERNEL Vector3<double> rotate(const Pose& a, const Vector3<double>& v) {
+/// Vectors and points of numbers or of packs of double.
+template <class S = double>
+KERNEL Vector3<S> rotate(const Pose& a, const Vector3<S>& v) {
   if (!a.moves) return v;
-  return {a.r[0] * v.x + a.r[1] * v.y + a.r[2] * v.z, a.r[3] * v.x + a.r[4] * v.y + a.r[5] * v.z,
-          a.r[6] * v.x + a.r[7] * v.y + a.r[8] * v.z};
+  return {S(a.r[0]) * v.x + S(a.r[1]) * v.y + S(a.r[2]) * v.z, S(a.r[3]) * v.x + S(a.r[4]) * v.y + S(a.r[5]) * v.z,
+          S(a.r[6]) * v.x + S(a.r[7]) * v.y + S(a.r[8]) * v.z};
 }
-KERNEL Vector3<double> to_world(const Pose& a, const Vector3<double>& v) { return a.moves ? rotate(a, v) + a.t : v; }
-KERNEL Vector3<double> to_local(const Pose& a, const Vector3<double>& world) {
+template <class S = double>
+KERNEL Vector3<S> to_world(const Pose& a, const Vector3<S>& v) {
+  return a.moves ? rotate(a, v) + Vector3<S>{S(a.t.x), S(a.t.y), S(a.t.z)} : v;
+}
+template <class S = double>
+KERNEL Vector3<S> to_local(const Pose& a, const Vector3<S>& world) {
   if (!a.moves) return world;
-  const Vector3<double> v = world - a.t;
-  return {a.r[0] * v.x + a.r[3] * v.y + a.r[6] * v.z, a.r[1] * v.x + a.r[4] * v.y + a.r[7] * v.z,
-          a.r[2] * v.x + a.r[5] * v.y + a.r[8] * v.z};
+  const Vector3<S> v = world - Vector3<S>{S(a.t.x), S(a.t.y), S(a.t.z)};
+  return {S(a.r[0]) * v.x + S(a.r[3]) * v.y + S(a.r[6]) * v.z, S(a.r[1]) * v.x + S(a.r[4]) * v.y + S(a.r[7]) * v.z,
+          S(a.r[2]) * v.x + S(a.r[5]) * v.y + S(a.r[8]) * v.z};
 }
 
 /// Number of an object that moves rigidly and moves particles along with it.

@@ -22,6 +22,12 @@ struct MinClearance {
     speed2 = speed2 < other.speed2 ? other.speed2 : speed2;
     return *this;
   }
+  /// Largest speed (m/s) during the next `substeps` of h seconds at which no particle comes into the range of a
+  /// contact; 0: one may. `g`: gravity, m/s^2.
+  KERNEL double max_contact_free_speed(double h, int substeps, double g) const {
+    const double speed = (distance - g * h * h) / ((substeps + 1) * h);
+    return sqrt(speed2) + g * h * substeps < speed ? speed : 0;
+  }
 };
 struct ReduceClearance {
   const Clearance* clearance;

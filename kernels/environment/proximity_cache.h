@@ -24,14 +24,15 @@
 
 namespace malha {
 
-/// Returns the number before the increment.
-KERNEL int atomic_increment(int* number) {
+/// Returns the number before the addition.
+KERNEL int atomic_add(int* number, int by) {
 #if defined(__CUDA_ARCH__)
-  return atomicAdd(number, 1);
+  return atomicAdd(number, by);
 #else
-  return __atomic_fetch_add(number, 1, __ATOMIC_RELAXED);
+  return __atomic_fetch_add(number, by, __ATOMIC_RELAXED);
 #endif
 }
+KERNEL int atomic_increment(int* number) { return atomic_add(number, 1); }
 
 inline constexpr int kGroupSize = 64;  // particles, a bit each in a mask
 

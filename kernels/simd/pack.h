@@ -17,6 +17,7 @@ template <class R>
 KERNEL void store(const R& from, R* to) {
   *to = from;
 }
+KERNEL void store(const double& from, float* to) { *to = float(from); }
 
 /// Lanes of a pack of R: as many as a register has, but at least four, because particles are gathered and scattered in
 /// blocks of four.
@@ -110,6 +111,11 @@ KERNEL void load(const float* from, Pack<double, bytes>& to) {
 template <class R, int bytes>
 KERNEL void store(const Pack<R, bytes>& from, R* to) {
   *reinterpret_cast<typename VectorOf<R, bytes>::Anywhere*>(to) = from.v;
+}
+template <int bytes>
+KERNEL void store(const Pack<double, bytes>& from, float* to) {
+  using Floats = typename VectorOf<float, bytes / 2>::Anywhere;
+  *reinterpret_cast<Floats*>(to) = __builtin_convertvector(from.v, typename VectorOf<float, bytes / 2>::Type);
 }
 /// The mask of the lanes whose bits are set, the lowest for the first lane.
 template <class S>

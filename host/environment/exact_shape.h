@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+// Exact shapes of the environment as kernels need them, and meshes to draw them.
+#pragma once
+#include <vector>
+
+#include "kernels/environment/shapes.h"
+#include "malha/scene.h"
+
+namespace malha {
+
+/// An exact shape and its pose in the frame of its object: that of the world where the object has not moved yet.
+struct PlacedShape {
+  ConvexShape shape;
+  Pose pose;
+};
+
+/// `shape` is exact, and the transform scales round shapes alike in all directions.
+PlacedShape place(const Shape& shape, const Transform& transform);
+
+/// A mesh of an exact shape, in the frame of its object, for drawing; that of a box is the box itself. A plane is drawn
+/// as a square below the bodies, whose positions (m) are `bodies`.
+Mesh drawing_of(const Shape& shape, const Transform& transform, const std::vector<Vec3>& bodies);
+
+/// The shape in a substep, while its object moves from its pose at `start` to that at `end` (s).
+MovingShape moving_shape(const PlacedShape& placed, const EnvironmentSpec& spec, double start, double end);
+
+}  // namespace malha
