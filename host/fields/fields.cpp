@@ -87,7 +87,7 @@ void Residuals::add(const Model& model, const ConstraintSet& set) {
     for (int c = 0; c < set.count(); ++c) {
       const int* const particles = &set.particles[std::size_t(c) * Kind::particles];
       double rest[Kind::rest_values];
-      rest_values<Kind>(model.x.data(), particles, set.parameter, rest);
+      rest_values<Kind>(model.x.data(), particles, material_of<Kind>(set), rest);
       own.rest.insert(own.rest.end(), rest, rest + Kind::rest_values);
       if constexpr (multipliers<Kind>() > 1) {
         Vector3<double> q[Kind::particles], grad[Kind::particles];

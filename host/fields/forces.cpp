@@ -92,7 +92,7 @@ void PinForces::add(const Model& model, const ConstraintSet& set, const std::vec
       const auto user = to_user_indices(model, particles, Kind::particles);
       if (!has_pin(user, release_time)) continue;
       double rest[Kind::rest_values];
-      rest_values<Kind>(model.x.data(), particles, set.parameter, rest);
+      rest_values<Kind>(model.x.data(), particles, material_of<Kind>(set), rest);
       if (!(set.alpha(c) > 0) || stiffness_in_substeps<Kind>(model, particles, rest) > kResolved * set.alpha(c)) {
         ++left_out_;
         continue;

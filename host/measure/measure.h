@@ -39,16 +39,17 @@ void measure_set(const Executor& executor, const Model& model, const ConstraintS
   with_kind(set.type, [&]<class Kind>(Kind) {
     const double* softness = set.softness.empty() ? nullptr : set.softness.data();
     const int* particles = set.particles.data();
-    const Residual r = parallel_reduce<Residual>(
-        executor, set.count(),
-        MeasureResidual<Kind, Vec3>{model.x.data(), x.data(), model.w.data(), particles, set.parameter, softness});
+    const Residual r =
+        parallel_reduce<Residual>(executor, set.count(),
+                                  MeasureResidual<Kind, Vec3>{model.x.data(), x.data(), model.w.data(), particles,
+                                                              material_of<Kind>(set), softness});
     m.degenerate += static_cast<std::int64_t>(r.degenerate);
     if constexpr (multipliers<Kind>() > 1)
-      m.elastic +=
-          parallel_reduce<Sum>(executor, set.count(),
-                               MeasureEnergy<Kind, Vec3>{model.x.data(), x.data(), particles, set.parameter, softness})
-              .value /
-          *set.compliance;
+      m.elastic += parallel_reduce<Sum>(
+                       executor, set.count(),
+                       MeasureEnergy<Kind, Vec3>{model.x.data(), x.data(), particles, material_of<Kind>(set), softness})
+                       .value /
+                   *set.compliance;
     else if (set.compliance.value_or(0) > 0)
       m.elastic += r.softened / (2 * *set.compliance);
     if (set.type == Distance::name) lengths += r;

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "host/base/median.h"
+#include "host/mesh/generate.h"
 #include "host/mesh/geodesic.h"
 #include "host/mesh/topology.h"
 #include "host/mesh/vectors.h"
@@ -80,6 +81,9 @@ ListedElements list_elements(Element element, const Body& body, const Constraint
       listed.non_manifold = winged.non_manifold;
       add(winged.list, winged.softness);
       add_to(listed.remainder, winged.hinges, winged.hinge_softness);
+      if (const std::optional<Orthotropic> two_moduli = orthotropic_of(spec))
+        for (std::size_t k = 0; k < winged.hinges.size(); ++k)
+          listed.remainder.softness[k] /= rigidity_across(mesh, winged.hinges[k], *two_moduli);
       break;
     }
   }
@@ -209,8 +213,12 @@ class ConstraintBuilder {
     if (!torn_)
       for (std::size_t b = 0; b < bodies_.size(); ++b) note_anisotropy(b);
     for_each_constraint([this]<class Kind>(Kind) {
-      each_spec(Kind::name, [this](std::size_t b, const ConstraintSpec& spec, const std::string& place) {
-        add_set<Kind>(b, spec, place);
+      each_spec(name_in_scenes<Kind>(), [this](std::size_t b, const ConstraintSpec& spec, const std::string& place) {
+        if (spec.orthotropy.has_value() != std::is_same_v<Material<Kind>, Orthotropic>) return;
+        ConstraintSpec of = spec;
+        of.type = Kind::name;
+        if (of.orthotropy) of.orthotropy->along = direction_along(b, *spec.orthotropy, place);
+        add_set<Kind>(b, of, place);
       });
     });
     for (std::size_t b = 0; b < bodies_.size(); ++b) {
@@ -237,6 +245,26 @@ class ConstraintBuilder {
     }
   }
 
+  /// The direction of an orthotropic material in the space of the rest positions, which the body's transform turns.
+  /// Refuses one that leaves a triangle without a direction.
+  Vec3 direction_along(std::size_t b, const Orthotropy& material, const std::string& place) const {
+    Mesh line;
+    line.points = {{0, 0, 0}, material.along};
+    apply(model_.scene.bodies[b].transform, line);
+    const Vec3 along = minus(line.points[1], line.points[0]);
+    const Mesh& mesh = bodies_[b].mesh;
+    for (const Triangle& t : triangles(mesh)) {
+      const Vec3 n = normal(mesh.points[t[0]], mesh.points[t[1]], mesh.points[t[2]]);
+      if (norm(cross(n, along)) > 1e-6 * norm(n) * norm(along) || !(norm(n) > 0)) continue;
+      const auto vertex = [&](int k) { return std::to_string(vertex_of(mesh.vertices, t[k])); };
+      refuse(model_.scene.file, place + "/along",
+             "a direction that is perpendicular to the triangle of the vertices " + vertex(0) + ", " + vertex(1) +
+                 " and " + vertex(2) + " (body '" + model_.scene.bodies[b].name + "')",
+             "a direction that is perpendicular to none; without 'along' it is the x axis of the mesh");
+    }
+    return along;
+  }
+
   template <class Kind>
   void add_set(std::size_t b, const ConstraintSpec& spec, const std::string& place) {
     auto [all, remainder, non_manifold] = list_elements(Kind::element, bodies_[b], spec, shear_of(b));
@@ -252,6 +280,7 @@ class ConstraintBuilder {
     if constexpr (requires { typename Kind::Remainder; }) {
       ConstraintSpec other = spec;
       other.type = Kind::Remainder::name, other.parameter = Kind::Remainder::parameter.default_value;
+      other.orthotropy = {};  // which is in the softness
       to_solver_order(b, remainder, Kind::Remainder::particles);
       add_elements<typename Kind::Remainder>(b, other, std::move(remainder), filtered);
     }
@@ -281,8 +310,9 @@ class ConstraintBuilder {
 
   template <class Kind>
   static ConstraintSet set_of(const ConstraintSpec& spec, Elements all) {
-    return {spec.type,      Kind::particles,          spec.stiffness,         compliance_of<Kind>(spec),
-            spec.parameter, std::move(all.particles), std::move(all.softness)};
+    return {spec.type,      Kind::particles,          spec.stiffness,          compliance_of<Kind>(spec),
+            spec.parameter, std::move(all.particles), std::move(all.softness), {},
+            false,          orthotropic_of(spec)};
   }
 
   /// The rigidity of the body's diagonals over that of its edges.
@@ -389,14 +419,14 @@ class ConstraintBuilder {
       const bool is_own = std::ranges::find(own, k) != own.end();
       if ((!is_own && !own.empty() && k < own.back()) || set.type != spec.type || set.stiffness != spec.stiffness ||
           set.compliance != compliance || set.parameter != spec.parameter || set.softness.empty() == softened ||
-          set.pressed != pressed)
+          set.pressed != pressed || set.orthotropic != orthotropic_of(spec))
         continue;
       if (!is_own) own.push_back(k);
       return set;
     }
     own.push_back(model_.sets.size());
-    return model_.sets.emplace_back(
-        ConstraintSet{spec.type, arity, spec.stiffness, compliance, spec.parameter, {}, {}, {}, pressed});
+    return model_.sets.emplace_back(ConstraintSet{
+        spec.type, arity, spec.stiffness, compliance, spec.parameter, {}, {}, {}, pressed, orthotropic_of(spec)});
   }
 
   void add_pressure(std::size_t b, const ConstraintSpec& spec) {

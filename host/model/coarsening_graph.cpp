@@ -38,7 +38,8 @@ struct Spring {
 /// A triangle of an elastic sheet.
 struct SheetTriangle {
   std::array<int, 3> corner;
-  double Y;  // Young's modulus times thickness, N/m
+  double Y;  // Young's modulus times thickness, N/m; that along, of an orthotropic sheet
+  const Orthotropic* orthotropic = nullptr;
 };
 
 /// Cross-section of a body between the particles at graph distance d and those at d - 1.
@@ -131,7 +132,12 @@ class SelfWeightStretch {
     const int a = body_.graph_distance[i], b = body_.graph_distance[j], c = body_.graph_distance[k];
     if (a < 0 || (a == b && b == c)) return;
     const Vector turned = (body_.x[k] - body_.x[i]) * double(b - a) - (body_.x[j] - body_.x[i]) * double(c - a);
-    section_at(a > b && a > c ? i : b > c ? j : k).sheet += t.Y * norm(turned) / 2;
+    double Y = t.Y;
+    if (t.orthotropic) {  // pulled along the gradient
+      const Vector n = cross(body_.x[j] - body_.x[i], body_.x[k] - body_.x[i]);
+      Y *= t.orthotropic->modulus(t.orthotropic->cosine2(n, cross(n, turned)));
+    }
+    section_at(a > b && a > c ? i : b > c ? j : k).sheet += Y * norm(turned) / 2;
   }
 
   double strain_of(int cut, int distance) const {
@@ -178,7 +184,7 @@ class GraphBuilder {
   CoarseningGraph build() {
     for (std::size_t s = 0; s < model_.sets.size(); ++s) {
       if (model_.sets[s].type == Distance::name) add_springs(static_cast<int>(s));
-      if (model_.sets[s].type == Membrane::name) add_membrane(static_cast<int>(s));
+      if (is_membrane(model_.sets[s])) add_membrane(static_cast<int>(s));
     }
     find_parts();
     const auto elastic = [this] { return std::ranges::any_of(alpha_, [](double a) { return a > 0; }); };
@@ -211,14 +217,18 @@ class GraphBuilder {
       add(a, b, norm(x_[a] - x_[b]) * set.parameter, s, set.alpha(c));
     }
   }
-  /// Adds the sides of a membrane as springs of stiffness Y A / l^2, where A is the area of the incident triangles.
+  static bool is_membrane(const ConstraintSet& set) {
+    return set.type == Membrane::name || set.type == OrthotropicMembrane::name;
+  }
+  /// Adds the sides of a membrane as springs of stiffness Y A / l^2, where A is the area of the incident triangles and
+  /// Y the modulus in the direction of the side.
   void add_membrane(int s) {
     const ConstraintSet& set = model_.sets[s];
     const double Y = 1 / set.compliance.value_or(1);
     std::vector<double> area;
     const std::size_t begin = sheets_.size();
     for (int c = 0; c < set.count(); ++c) {
-      SheetTriangle& piece = sheets_.emplace_back(SheetTriangle{{}, Y});
+      SheetTriangle& piece = sheets_.emplace_back(SheetTriangle{{}, Y, set.orthotropic ? &*set.orthotropic : nullptr});
       for (int k = 0; k < 3; ++k) piece.corner[k] = model_.user_index[set.particles[3 * c + k]];
       const auto& [i, j, k] = piece.corner;
       area.push_back(norm(cross(x_[j] - x_[i], x_[k] - x_[i])) / 2);
@@ -229,8 +239,16 @@ class GraphBuilder {
     };
     for_each_edge(sorted_sides(x_.size(), visit), [&](auto first, auto last) {
       double sum = 0;
-      for (auto side = first; side != last; ++side) sum += area[side->number / 3];
-      const double length = norm(x_[first->low] - x_[first->high]);
+      const Vector along = x_[first->low] - x_[first->high];
+      for (auto side = first; side != last; ++side) {
+        const int t = side->number / 3;
+        const auto& [i, j, k] = sheets_[begin + t].corner;
+        const auto modulus = [&](const Orthotropic& of) {
+          return of.modulus(of.cosine2(cross(x_[j] - x_[i], x_[k] - x_[i]), along));
+        };
+        sum += set.orthotropic ? area[t] * modulus(*set.orthotropic) : area[t];
+      }
+      const double length = norm(along);
       if (sum > 0) add(first->low, first->high, length, s, length * length / (Y * sum));
     });
   }
@@ -282,7 +300,7 @@ class GraphBuilder {
     }
     std::vector<Spring> springs;
     for (std::size_t k = 0; k < alpha_.size(); ++k)
-      if (const Link& l = graph_.links[k]; alpha_[k] > 0 && model_.sets[l.set].type != Membrane::name)
+      if (const Link& l = graph_.links[k]; alpha_[k] > 0 && !is_membrane(model_.sets[l.set]))
         springs.push_back({l.a, l.b, l.length, alpha_[k]});
     const SuspendedBody body{x_, mass_, graph_distance_, graph_.part, norm(vector(model_.scene.gravity))};
     graph_.stretch = SelfWeightStretch(body).stretch(springs, sheets_);

@@ -281,6 +281,23 @@ FoldByCurvature fold_by_curvature(const Mesh& mesh, const std::array<int, 4>& hi
   return fold;
 }
 
+std::optional<Orthotropic> orthotropic_of(const ConstraintSpec& spec) {
+  if (!spec.orthotropy) return {};
+  const auto& [across, shear, along] = *spec.orthotropy;
+  const double first = spec.rigidity ? *spec.rigidity : spec.young_modulus.value(), mean = std::sqrt(first * across);
+  const double nu = spec.parameter * std::sqrt(across / first);
+  const double huber = spec.rigidity ? mean * (1 - nu) / 2 : mean / (2 * (1 + nu));
+  return Orthotropic{spec.parameter, across / first, shear.value_or(huber) / first, {along[0], along[1], along[2]}};
+}
+
+double rigidity_across(const Mesh& mesh, const std::array<int, 4>& hinge, const Orthotropic& material) {
+  const auto& [from, to, wing, other] = hinge;
+  const auto vector = [](const Vec3& a) { return Vector3<double>{a[0], a[1], a[2]}; };
+  const Vector3<double> edge = vector(minus(mesh.points[to], mesh.points[from]));
+  const Vector3<double> n = vector(normal(mesh.points[from], mesh.points[to], mesh.points[wing]));
+  return material.rigidity(material.cosine2(n, cross(n, edge)));
+}
+
 WingedTriangles winged_triangles(const Mesh& mesh, const std::vector<bool>& pinned) {
   constexpr double least = 0.2;  // below this a fit would be 25 times as stiff as the plate against some folds
   // A clamp folds its hinges half as far as a sheet that continues as its mirror image: the energy must be four times

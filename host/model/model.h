@@ -3,10 +3,12 @@
 // precision and executor.
 #pragma once
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "host/model/ordering/patches.h"
 #include "host/model/pins.h"
+#include "kernels/projection/constraint_kind.h"
 #include "malha/scene.h"
 
 namespace malha {
@@ -18,14 +20,24 @@ struct ConstraintSet {
   double stiffness = 1;
   std::optional<double> compliance;
   double parameter = 1;
-  std::vector<int> particles;    // arity for each constraint
-  std::vector<double> softness;  // factor of the compliance of each constraint, as of a material; empty: 1
-  std::vector<double> rest{};    // rest value of each constraint; empty: that of the rest positions
-  bool pressed = false;          // true if its bodies have a pressure
+  std::vector<int> particles;                // arity for each constraint
+  std::vector<double> softness;              // factor of the compliance of each constraint, as of a material; empty: 1
+  std::vector<double> rest{};                // rest value of each constraint; empty: that of the rest positions
+  bool pressed = false;                      // true if its bodies have a pressure
+  std::optional<Orthotropic> orthotropic{};  // of kinds of orthotropic material, whose compliance is that along
   int count() const { return static_cast<int>(particles.size()) / arity; }
   /// The compliance of constraint c; 0 if the set has none.
   double alpha(int c) const { return compliance.value_or(0) * (softness.empty() ? 1 : softness[c]); }
 };
+
+/// The constants from which the rest values of a set of this kind are computed.
+template <class Kind>
+Material<Kind> material_of(const ConstraintSet& set) {
+  if constexpr (std::is_same_v<Material<Kind>, Orthotropic>)
+    return *set.orthotropic;
+  else
+    return set.parameter;
+}
 
 /// Pressure of a closed body.
 struct PressureSet {

@@ -43,7 +43,7 @@ StencilOf<Kind> stencil_of(const ConstraintSet& set, int c, const std::vector<Ve
   StencilOf<Kind> one{&set.particles[std::size_t(c) * Kind::particles], set.alpha(c), {}, {}};
   Vector3<double> q[Kind::particles];
   corners<Kind>(X.data(), one.particles, q);
-  Stencil::weights(q, set.parameter, one.weights, one.own);
+  Stencil::weights(q, material_of<Kind>(set), one.weights, one.own);
   return one;
 }
 

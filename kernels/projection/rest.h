@@ -17,17 +17,18 @@ KERNEL void corners(const Point* x, const int* particles, Vector3<double> (&q)[K
 
 /// Rest values of a constraint from the rest positions.
 template <class Kind, class Point>
-KERNEL void rest_values(const Point* X, const int* particles, double parameter, double (&rest)[Kind::rest_values]) {
+KERNEL void rest_values(const Point* X, const int* particles, const Material<Kind>& material,
+                        double (&rest)[Kind::rest_values]) {
   Vector3<double> q[Kind::particles];
   corners<Kind>(X, particles, q);
-  Kind::rest(q, parameter, rest);
+  Kind::rest(q, material, rest);
 }
 
 /// The first rest value, with which the constraint's quantity is compared.
 template <class Kind, class Point>
-KERNEL double rest_value(const Point* X, const int* particles, double parameter) {
+KERNEL double rest_value(const Point* X, const int* particles, const Material<Kind>& material) {
   double rest[Kind::rest_values];
-  rest_values<Kind>(X, particles, parameter, rest);
+  rest_values<Kind>(X, particles, material, rest);
   return rest[0];
 }
 
@@ -51,12 +52,12 @@ struct MeasureResidual {
   const Point *X, *x;    // at rest, and now
   const double* w;       // 1/kg
   const int* particles;  // Kind::particles a constraint
-  double parameter;
+  Material<Kind> material;
   const double* softness;  // factor of each constraint's compliance; null: 1
   KERNEL Residual operator()(int c) const {
     constexpr int n = Kind::particles;
     double rest[Kind::rest_values];
-    rest_values<Kind>(X, particles + c * n, parameter, rest);
+    rest_values<Kind>(X, particles + c * n, material, rest);
     Vector3<double> q[n], grad[n];
     corners<Kind>(x, particles + c * n, q);
     double scale, sum = 0, sum_w = 0;
@@ -82,11 +83,11 @@ template <class Kind, class Point>
 struct MeasureEnergy {
   const Point *X, *x;    // at rest, and now
   const int* particles;  // Kind::particles a constraint
-  double parameter;
+  Material<Kind> material;
   const double* softness;  // factor of each constraint's compliance; null: 1
   KERNEL Sum operator()(int c) const {
     double rest[Kind::rest_values];
-    rest_values<Kind>(X, particles + c * Kind::particles, parameter, rest);
+    rest_values<Kind>(X, particles + c * Kind::particles, material, rest);
     Vector3<double> q[Kind::particles];
     corners<Kind>(x, particles + c * Kind::particles, q);
     const double energy = Kind::energy(q, rest);
