@@ -47,7 +47,7 @@ std::string full_scene() {
        {"type": "isometric_bending", "rigidity": 1e-4, "rest_scale": 0.5},
        {"type": "membrane", "young_modulus": 40, "poisson_ratio": 0.2},
        {"type": "plate", "rigidity": 1e-3, "poisson_ratio": 0.3}]},
-    {"name": "crate", "shape": {"box": {"size": [1, 2, 3], "cells": [1, 2, 3]}}, "mass": 1,
+    {"name": "crate", "shape": {"box": {"size": [1, 2, 3], "cells": [1, 2, 3]}}, "material": "gray interlock",
      "constraints": [
        {"type": "membrane", "young_modulus": [900, 300], "shear_modulus": 20, "along": [1, 1, 1]},
        {"type": "plate", "rigidity": [1e-4, 2e-5], "twisting_rigidity": 1e-5, "along": [1, 1, 1]}]},

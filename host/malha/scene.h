@@ -191,6 +191,9 @@ struct BodySpec {
   std::vector<Pin> pins;
   std::vector<Attachment> attachments;
   std::optional<Tear> tear;
+  /// Name of the fabric whose density and constraints are among those here, see apply_material() of malha/fabrics.h;
+  /// "": none.
+  std::string material;
   std::vector<ConstraintSpec> constraints;
 };
 

@@ -4,6 +4,7 @@
 
 #include "host/scene/constraint_schema.h"
 #include "host/scene/scene_fields.h"
+#include "malha/fabrics.h"
 #include "malha/text.h"
 
 namespace malha {
@@ -127,6 +128,17 @@ ConstraintSpec read_constraint(const JsonReader& at) {
   return spec;
 }
 
+Field material_field(std::string& material) {
+  const auto read = [&material](const JsonReader& at) {
+    std::vector<std::string> names;
+    for (const Fabric& fabric : fabrics()) names.push_back(fabric.name);
+    material = at.choice("material", names);
+  };
+  return {"material", read, false, [&material](Json& json) {
+            if (!material.empty()) json["material"] = material;
+          }};
+}
+
 }  // namespace
 
 Fields fields_of(BodySpec& body, const std::string& folder) {
@@ -142,6 +154,7 @@ Fields fields_of(BodySpec& body, const std::string& folder) {
       pins_field(body),
       attachments_field(body),
       part("tear", body.tear),
+      material_field(body.material),
       list("constraints", body.constraints, read_constraint,
            [](ConstraintSpec& spec) { return write(fields_of(spec, kind_of(spec.type))); }),
   };
@@ -150,8 +163,9 @@ Fields fields_of(BodySpec& body, const std::string& folder) {
 BodySpec read_body(const JsonReader& at, const std::string& folder) {
   BodySpec body;
   at.object(fields_of(body, folder));
+  if (!body.material.empty()) apply_material(body, body.material);
   if (body.density && is_loose(body.shape)) {
-    at.at("density").refuse("a density of loose particles", "'mass' (kg)");
+    at.at(at.has("density") ? "density" : "material").refuse("a density of loose particles", "'mass' (kg)");
   }
   if (body.tear) {
     const bool closed = std::any_of(body.constraints.begin(), body.constraints.end(),
