@@ -47,8 +47,11 @@ std::string full_scene() {
        {"type": "isometric_bending", "rigidity": 1e-4, "rest_scale": 0.5},
        {"type": "membrane", "young_modulus": 40, "poisson_ratio": 0.2},
        {"type": "plate", "rigidity": 1e-3, "poisson_ratio": 0.3}]},
-    {"name": "crate", "shape": {"box": {"size": [1, 2, 3], "cells": [1, 2, 3]}}, "mass": 1,
-     "rest": {"mesh": "meshes/z.obj"}},
+    {"name": "crate", "shape": {"box": {"size": [1, 2, 3], "cells": [1, 2, 3]}}, "material": "gray interlock",
+     "rest": {"mesh": "meshes/z.obj"},
+     "constraints": [
+       {"type": "membrane", "young_modulus": [900, 300], "shear_modulus": 20, "along": [1, 1, 1]},
+       {"type": "plate", "rigidity": [1e-4, 2e-5], "twisting_rigidity": 1e-5, "along": [1, 1, 1]}]},
     {"name": "beam", "shape": {"bar": {"length": 2, "width": 0.2, "cells": 4}}, "mass": 1,
      "rest": {"points": [[0, 0, 0], [1, 0, 0]]}},
     {"name": "rope", "shape": {"chain": {"from": [0, 0, 0], "to": [0, -1, 0], "segments": 9}}, "density": 0.1,

@@ -18,7 +18,7 @@ namespace malha {
 
 namespace {
 
-const std::vector<std::string> kFirstWords{"run",  "view",  "picture", "page",   "plan", "check",
+const std::vector<std::string> kFirstWords{"run",  "view",  "picture", "page",   "plan", "check",    "materials",
                                            "tune", "bench", "study",   "--help", "-h",   "--version"};
 
 /// Formats an option as its name and the type of its value; its help text says what it excludes.
@@ -161,6 +161,13 @@ void add_check(CLI::App& app, Arguments& arguments) {
   check->footer("Example:\n  malha check my_scene.json && malha run my_scene.json");
 }
 
+void add_materials(CLI::App& app) {
+  CLI::App* materials = app.add_subcommand("materials", "Print the fabrics that a scene may name, with their moduli");
+  materials->footer(
+      "A body with \"material\": NAME has the density, the membrane and the plate of that fabric, unless it says them\n"
+      "itself. scenes/README.md, Fabrics by name, says where the numbers come from.");
+}
+
 void add_everything(CLI::App& app, Arguments& arguments) {
   app.set_version_flag("--version", std::string("malha ") + version(), "Print the version");
   app.set_help_flag("-h,--help", "Print this help; malha COMMAND --help says more");
@@ -186,6 +193,7 @@ void add_everything(CLI::App& app, Arguments& arguments) {
   add_page(app, arguments);
   add_plan(app, arguments);
   add_check(app, arguments);
+  add_materials(app);
   add_measures(app, arguments);
   for (CLI::App* command : app.get_subcommands({})) {
     command->group("Commands");

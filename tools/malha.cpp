@@ -18,6 +18,7 @@
 #include "host/run/redraw.h"
 #include "host/run/run.h"
 #include "host/run/summary.h"
+#include "malha/fabrics.h"
 #include "malha/text.h"
 #include "tools/arguments.h"
 #include "tools/measures.h"
@@ -169,6 +170,11 @@ int check(const Arguments& arguments) {
   return malha::kDone;
 }
 
+int materials(const Arguments&) {
+  std::cout << malha::fabric_table();
+  return malha::kDone;
+}
+
 /// tune, bench and study.
 int measure(const Arguments& arguments) {
   if (arguments.command != "bench") catch_signals();
@@ -183,8 +189,8 @@ int measure(const Arguments& arguments) {
 
 int dispatch(const Arguments& arguments) {
   static const std::map<std::string, int (*)(const Arguments&)> commands{
-      {"run", run},     {"picture", picture}, {"page", page},     {"plan", plan},
-      {"check", check}, {"tune", measure},    {"bench", measure}, {"study", measure}};
+      {"run", run},      {"picture", picture}, {"page", page},     {"plan", plan},          {"check", check},
+      {"tune", measure}, {"bench", measure},   {"study", measure}, {"materials", materials}};
   return commands.at(arguments.command)(arguments);
 }
 

@@ -259,7 +259,8 @@ class DeformingCollider {
 
   void refit(const Object& o) const {
     const WideBvh<float>& tree = o.mesh.tree;
-    parallel_for(executor_, static_cast<int>(o.of.mesh.points.size()), ComputeVertexBounds{o.mesh}, kBlockGrain * kBranch);
+    parallel_for(executor_, static_cast<int>(o.of.mesh.points.size()), ComputeVertexBounds{o.mesh},
+                 kBlockGrain * kBranch);
     parallel_for(executor_, tree.nodes[0], RefitBlock{o.mesh}, kBlockGrain);
     for (int level = 1; level < tree.levels; ++level)
       parallel_for(executor_, tree.nodes[level], RefitLevel<float>{tree, level});

@@ -174,6 +174,17 @@ struct Tear {
   double strain = 0.5;  ///< > 0
 };
 
+/// Moduli of an orthotropic material, such as woven fabric, in the units of its modulus along.
+struct Orthotropy {
+  double across = 0;  ///< > 0, the modulus across
+  /// > 0, the modulus in shear (`membrane`) or twist (`plate`). Without it: Huber's, of a material without a softest
+  /// direction between the two, see host/model/material.h.
+  std::optional<double> shear{};
+  /// The direction of the modulus along, of any length, in the space of the rest shape before its transform. It is
+  /// projected into each triangle.
+  Vec3 along{1, 0, 0};
+};
+
 /// One constraint kind on one body. `type` is a name of the registry (kernels/constraints/constraint_registry.h),
 /// "pressure" or "long_range".
 struct ConstraintSpec {
@@ -184,6 +195,9 @@ struct ConstraintSpec {
   double parameter = 1;                   ///< parameter of the kind: rest_scale, poisson_ratio ...
   std::optional<double> rigidity{};       ///< > 0; N/m of surfaces, N of lines, N m of bending
   std::optional<double> young_modulus{};  ///< > 0; Pa of solids, N/m of membranes
+  /// Of `membrane` and `plate`: the modulus above is that along, and the parameter contraction across over stretch
+  /// along.
+  std::optional<Orthotropy> orthotropy{};
 };
 /// The modulus of a material by its key in scenes: "rigidity" or "young_modulus".
 inline std::optional<double>& modulus_of(ConstraintSpec& spec, const std::string& key) {
@@ -224,6 +238,9 @@ struct BodySpec {
   std::vector<Pin> pins;
   std::vector<Attachment> attachments;
   std::optional<Tear> tear;
+  /// Name of the fabric whose density and constraints are among those here, see apply_material() of malha/fabrics.h;
+  /// "": none.
+  std::string material;
   std::vector<ConstraintSpec> constraints;
 };
 

@@ -42,12 +42,12 @@ void measure_set(const Executor& executor, const Model& model, const ConstraintS
     const Residual r =
         parallel_reduce<Residual>(executor, set.count(),
                                   MeasureResidual<Kind, Vec3>{rest_positions(model, set), x.data(), model.w.data(),
-                                                              particles, set.parameter, softness});
+                                                              particles, material_of<Kind>(set), softness});
     m.degenerate += static_cast<std::int64_t>(r.degenerate);
     if constexpr (multipliers<Kind>() > 1)
       m.elastic += parallel_reduce<Sum>(executor, set.count(),
                                         MeasureEnergy<Kind, Vec3>{rest_positions(model, set), x.data(), particles,
-                                                                  set.parameter, softness})
+                                                                  material_of<Kind>(set), softness})
                        .value /
                    *set.compliance;
     else if (set.compliance.value_or(0) > 0)

@@ -63,6 +63,9 @@ Body make_body(const Scene& scene, std::size_t index, BodyMeshes meshes, const T
   if (can_tear(scene) && !body.mesh.tetrahedra.empty())
     refuse(scene.file, pointer("bodies", index, "shape"), "tetrahedra in a scene with a body that tears",
            "bodies of faces and lines there");
+  if (!spec.material.empty() && (!body.mesh.tetrahedra.empty() || body.mesh.faces.empty()))
+    refuse(scene.file, pointer("bodies", index, "material"), "a fabric of a body without faces, or with tetrahedra",
+           "a fabric of a surface");
   if (torn)
     for (const Split& split : *torn->splits)
       if (split.body == static_cast<int>(index)) {

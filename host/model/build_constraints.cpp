@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "host/base/median.h"
+#include "host/mesh/generate.h"
 #include "host/mesh/geodesic.h"
 #include "host/mesh/topology.h"
 #include "host/mesh/vectors.h"
@@ -83,6 +84,9 @@ ListedElements list_elements(Element element, const Body& body, const Constraint
       listed.non_manifold = winged.non_manifold;
       add(winged.list, winged.softness);
       add_to(listed.remainder, winged.hinges, winged.hinge_softness);
+      if (const std::optional<Orthotropic> two_moduli = orthotropic_of(spec))
+        for (std::size_t k = 0; k < winged.hinges.size(); ++k)
+          listed.remainder.softness[k] /= rigidity_across(shape, winged.hinges[k], *two_moduli);
       break;
     }
   }
@@ -218,8 +222,12 @@ class ConstraintBuilder {
     if (!torn_)
       for (std::size_t b = 0; b < bodies_.size(); ++b) note_anisotropy(b);
     for_each_constraint([this]<class Kind>(Kind) {
-      each_spec(Kind::name, [this](std::size_t b, const ConstraintSpec& spec, const std::string& place) {
-        add_set<Kind>(b, spec, place);
+      each_spec(name_in_scenes<Kind>(), [this](std::size_t b, const ConstraintSpec& spec, const std::string& place) {
+        if (spec.orthotropy.has_value() != std::is_same_v<Material<Kind>, Orthotropic>) return;
+        ConstraintSpec of = spec;
+        of.type = Kind::name;
+        if (of.orthotropy) of.orthotropy->along = direction_along(b, *spec.orthotropy, place);
+        add_set<Kind>(b, of, place);
       });
     });
     for (std::size_t b = 0; b < bodies_.size(); ++b) {
@@ -246,6 +254,30 @@ class ConstraintBuilder {
     }
   }
 
+  /// The direction of an orthotropic material in the space of the rest positions, which the body's transform turns
+  /// unless its rest shape is one of its own.
+  /// Refuses one that leaves a triangle without a direction.
+  Vec3 direction_along(std::size_t b, const Orthotropy& material, const std::string& place) const {
+    Mesh line;
+    line.points = {{0, 0, 0}, material.along};
+    if (!model_.scene.bodies[b].rest) apply(model_.scene.bodies[b].transform, line);
+    const Vec3 along = minus(line.points[1], line.points[0]);
+    const Mesh& mesh = bodies_[b].mesh;
+    const RestShape shape = bodies_[b].shape();
+    for (const Triangle& t : triangles(mesh)) {
+      Vec3 X[3];
+      shape.corners(Element::Triangles, t.data(), X);
+      const Vec3 n = normal(X[0], X[1], X[2]);
+      if (norm(cross(n, along)) > 1e-6 * norm(n) * norm(along) || !(norm(n) > 0)) continue;
+      const auto vertex = [&](int k) { return std::to_string(vertex_of(mesh.vertices, t[k])); };
+      refuse(model_.scene.file, place + "/along",
+             "a direction that is perpendicular to the triangle of the vertices " + vertex(0) + ", " + vertex(1) +
+                 " and " + vertex(2) + " (body '" + model_.scene.bodies[b].name + "')",
+             "a direction that is perpendicular to none; without 'along' it is the x axis of the mesh");
+    }
+    return along;
+  }
+
   template <class Kind>
   void add_set(std::size_t b, const ConstraintSpec& spec, const std::string& place) {
     auto [all, remainder, non_manifold] = list_elements(Kind::element, bodies_[b], spec, shear_of(b));
@@ -261,6 +293,7 @@ class ConstraintBuilder {
     if constexpr (requires { typename Kind::Remainder; }) {
       ConstraintSpec other = spec;
       other.type = Kind::Remainder::name, other.parameter = Kind::Remainder::parameter.default_value;
+      other.orthotropy = {};  // which is in the softness
       to_solver_order(b, remainder, Kind::Remainder::element);
       add_elements<typename Kind::Remainder>(b, other, std::move(remainder), filtered);
     }
@@ -306,7 +339,9 @@ class ConstraintBuilder {
             std::move(all.particles),
             std::move(all.softness),
             {},
-            std::move(all.rest_corners)};
+            std::move(all.rest_corners),
+            false,
+            orthotropic_of(spec)};
   }
 
   /// The rigidity of the body's diagonals over that of its edges.
@@ -417,14 +452,15 @@ class ConstraintBuilder {
       const bool is_own = std::ranges::find(own, k) != own.end();
       if ((!is_own && !own.empty() && k < own.back()) || set.type != spec.type || set.stiffness != spec.stiffness ||
           set.compliance != compliance || set.parameter != spec.parameter || set.softness.empty() == is_softened ||
-          set.rest_corners.empty() == rests_elsewhere || set.pressed != pressed)
+          set.rest_corners.empty() == rests_elsewhere || set.pressed != pressed ||
+          set.orthotropic != orthotropic_of(spec))
         continue;
       if (!is_own) own.push_back(k);
       return set;
     }
     own.push_back(model_.sets.size());
-    return model_.sets.emplace_back(
-        ConstraintSet{spec.type, arity, spec.stiffness, compliance, spec.parameter, {}, {}, {}, {}, pressed});
+    return model_.sets.emplace_back(ConstraintSet{
+        spec.type, arity, spec.stiffness, compliance, spec.parameter, {}, {}, {}, {}, pressed, orthotropic_of(spec)});
   }
 
   void add_pressure(std::size_t b, const ConstraintSpec& spec) {

@@ -38,7 +38,8 @@ struct Spring {
 /// A triangle of an elastic sheet.
 struct SheetTriangle {
   std::array<int, 3> corner;
-  double Y;  // Young's modulus times thickness, N/m
+  double Y;  // Young's modulus times thickness, N/m; that along, of an orthotropic sheet
+  const Orthotropic* orthotropic = nullptr;
 };
 
 /// Cross-section of a body between the particles at graph distance d and those at d - 1.
@@ -131,7 +132,12 @@ class SelfWeightStretch {
     const int a = body_.graph_distance[i], b = body_.graph_distance[j], c = body_.graph_distance[k];
     if (a < 0 || (a == b && b == c)) return;
     const Vector turned = (body_.x[k] - body_.x[i]) * double(b - a) - (body_.x[j] - body_.x[i]) * double(c - a);
-    section_at(a > b && a > c ? i : b > c ? j : k).sheet += t.Y * norm(turned) / 2;
+    double Y = t.Y;
+    if (t.orthotropic) {  // pulled along the gradient
+      const Vector n = cross(body_.x[j] - body_.x[i], body_.x[k] - body_.x[i]);
+      Y *= t.orthotropic->modulus(t.orthotropic->cosine2(n, cross(n, turned)));
+    }
+    section_at(a > b && a > c ? i : b > c ? j : k).sheet += Y * norm(turned) / 2;
   }
 
   double strain_of(int cut, int distance) const {
@@ -179,7 +185,7 @@ class GraphBuilder {
   CoarseningGraph build() {
     for (std::size_t s = 0; s < model_.sets.size(); ++s) {
       if (model_.sets[s].type == Distance::name) add_springs(static_cast<int>(s));
-      if (model_.sets[s].type == Membrane::name) add_membrane(static_cast<int>(s));
+      if (is_membrane(model_.sets[s])) add_membrane(static_cast<int>(s));
     }
     find_parts();
     const auto elastic = [this] { return std::ranges::any_of(alpha_, [](double a) { return a > 0; }); };
@@ -215,20 +221,24 @@ class GraphBuilder {
       add(a, b, length * set.parameter, s, set.alpha(c));
     }
   }
-  /// Adds the sides of a membrane as springs of stiffness Y A / l^2, where A is the area of the incident triangles.
+  static bool is_membrane(const ConstraintSet& set) {
+    return set.type == Membrane::name || set.type == OrthotropicMembrane::name;
+  }
+  /// Adds the sides of a membrane as springs of stiffness Y A / l^2, where A is the area of the incident triangles and
+  /// Y the modulus in the direction of the side.
   void add_membrane(int s) {
     const ConstraintSet& set = model_.sets[s];
     const double Y = 1 / set.compliance.value_or(1);
-    std::vector<double> area, sides;  // sides: at rest, where the set has corners of its own
+    std::vector<double> area;
+    std::vector<Vector> rest;  // three corners a triangle
     const std::size_t begin = sheets_.size();
     for (int c = 0; c < set.count(); ++c) {
-      SheetTriangle& piece = sheets_.emplace_back(SheetTriangle{{}, Y});
+      SheetTriangle& piece = sheets_.emplace_back(SheetTriangle{{}, Y, set.orthotropic ? &*set.orthotropic : nullptr});
       for (int k = 0; k < 3; ++k) piece.corner[k] = model_.user_index[set.particles[3 * c + k]];
-      Vector X[3];
       for (int k = 0; k < 3; ++k)
-        X[k] = set.rest_corners.empty() ? x_[piece.corner[k]] : vector(set.rest_corners[3 * c + k]);
+        rest.push_back(set.rest_corners.empty() ? x_[piece.corner[k]] : vector(set.rest_corners[3 * c + k]));
+      const Vector* X = &rest[rest.size() - 3];
       area.push_back(norm(cross(X[1] - X[0], X[2] - X[0])) / 2);
-      for (int k = 0; k < 3 && !set.rest_corners.empty(); ++k) sides.push_back(norm(X[(k + 1) % 3] - X[k]));
     }
     const auto visit = [&](const auto& add_side) {
       for (std::size_t t = begin; t < sheets_.size(); ++t)
@@ -236,10 +246,16 @@ class GraphBuilder {
     };
     for_each_edge(sorted_sides(x_.size(), visit), [&](auto first, auto last) {
       double sum = 0, length = norm(x_[first->low] - x_[first->high]);
-      for (auto side = first; side != last; ++side) sum += area[side->number / 3];
-      if (!sides.empty()) {
-        length = 0;
-        for (auto side = first; side != last; ++side) length += sides[side->number] / static_cast<double>(last - first);
+      if (!set.rest_corners.empty()) length = 0;
+      for (auto side = first; side != last; ++side) {
+        const int t = side->number / 3, k = side->number % 3;
+        const Vector* X = &rest[static_cast<std::size_t>(3 * t)];
+        const Vector along = X[(k + 1) % 3] - X[k];
+        const auto modulus = [&](const Orthotropic& of) {
+          return of.modulus(of.cosine2(cross(X[1] - X[0], X[2] - X[0]), along));
+        };
+        sum += set.orthotropic ? area[t] * modulus(*set.orthotropic) : area[t];
+        if (!set.rest_corners.empty()) length += norm(along) / static_cast<double>(last - first);
       }
       if (sum > 0) add(first->low, first->high, length, s, length * length / (Y * sum));
     });
@@ -292,7 +308,7 @@ class GraphBuilder {
     }
     std::vector<Spring> springs;
     for (std::size_t k = 0; k < alpha_.size(); ++k)
-      if (const Link& l = graph_.links[k]; alpha_[k] > 0 && model_.sets[l.set].type != Membrane::name)
+      if (const Link& l = graph_.links[k]; alpha_[k] > 0 && !is_membrane(model_.sets[l.set]))
         springs.push_back({l.a, l.b, l.length, alpha_[k]});
     const SuspendedBody body{x_, mass_, graph_distance_, graph_.part, norm(vector(model_.scene.gravity))};
     graph_.stretch = SelfWeightStretch(body).stretch(springs, sheets_);

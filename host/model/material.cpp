@@ -289,6 +289,23 @@ FoldByCurvature fold_by_curvature(const RestShape& shape, const std::array<int, 
   return fold;
 }
 
+std::optional<Orthotropic> orthotropic_of(const ConstraintSpec& spec) {
+  if (!spec.orthotropy) return {};
+  const auto& [across, shear, along] = *spec.orthotropy;
+  const double first = spec.rigidity ? *spec.rigidity : spec.young_modulus.value(), mean = std::sqrt(first * across);
+  const double nu = spec.parameter * std::sqrt(across / first);
+  const double huber = spec.rigidity ? mean * (1 - nu) / 2 : mean / (2 * (1 + nu));
+  return Orthotropic{spec.parameter, across / first, shear.value_or(huber) / first, {along[0], along[1], along[2]}};
+}
+
+double rigidity_across(const RestShape& shape, const std::array<int, 4>& hinge, const Orthotropic& material) {
+  Vec3 X[4];
+  shape.corners(Element::Hinges, hinge.data(), X);
+  const auto vector = [](const Vec3& a) { return Vector3<double>{a[0], a[1], a[2]}; };
+  const Vector3<double> edge = vector(minus(X[1], X[0])), n = vector(normal(X[0], X[1], X[2]));
+  return material.rigidity(material.cosine2(n, cross(n, edge)));
+}
+
 WingedTriangles winged_triangles(const RestShape& shape, const std::vector<bool>& pinned) {
   const Mesh& mesh = shape.mesh();
   constexpr double least = 0.2;  // below this a fit would be 25 times as stiff as the plate against some folds

@@ -4,9 +4,13 @@
 // isotropic sheet of that rigidity.
 #pragma once
 #include <array>
+#include <optional>
 #include <vector>
 
 #include "host/mesh/rest_shape.h"
+#include "kernels/projection/constraint_kind.h"
+#include "malha/mesh.h"
+#include "malha/scene.h"
 
 namespace malha {
 
@@ -53,6 +57,14 @@ struct FoldByCurvature {
 };
 /// Of an unfolded hinge; all 0 if one of its triangles has no area.
 FoldByCurvature fold_by_curvature(const RestShape& shape, const std::array<int, 4>& hinge);
+
+/// The constants of the material of a constraint with two moduli; none for one that is isotropic. A shear modulus or
+/// twisting rigidity that is not given is Huber's (1923): with nu^2 = nu_12 nu_21 it is sqrt(E_1 E_2) / (2 (1 + nu)) or
+/// sqrt(D_1 D_2) (1 - nu) / 2, which of equal moduli is that of the isotropic material.
+std::optional<Orthotropic> orthotropic_of(const ConstraintSpec& spec);
+
+/// The rigidity of a plate against the fold of a hinge, over that along.
+double rigidity_across(const RestShape& shape, const std::array<int, 4>& hinge, const Orthotropic& material);
 
 /// Triangles with their three neighbours, the elements of `plate` (kernels/constraints/plate.h).
 struct WingedTriangles {

@@ -4,6 +4,7 @@
 #pragma once
 #include <memory>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "host/animation/animation.h"
@@ -11,6 +12,7 @@
 #include "host/mesh/rest_shape.h"
 #include "host/model/ordering/patches.h"
 #include "host/model/pins.h"
+#include "kernels/projection/constraint_kind.h"
 #include "kernels/projection/rest.h"
 #include "malha/scene.h"
 
@@ -30,11 +32,21 @@ struct ConstraintSet {
   std::vector<double> rest{};    // rest value of each constraint; empty: that of the rest positions
   // Rest positions of the corners (m), arity for each constraint; empty: the start positions of the particles.
   std::vector<Vec3> rest_corners{};
-  bool pressed = false;  // true if its bodies have a pressure
+  bool pressed = false;                      // true if its bodies have a pressure
+  std::optional<Orthotropic> orthotropic{};  // of kinds of orthotropic material, whose compliance is that along
   int count() const { return static_cast<int>(particles.size()) / arity; }
   /// The compliance of constraint c; 0 if the set has none.
   double alpha(int c) const { return compliance.value_or(0) * (softness.empty() ? 1 : softness[c]); }
 };
+
+/// The constants from which the rest values of a set of this kind are computed.
+template <class Kind>
+Material<Kind> material_of(const ConstraintSet& set) {
+  if constexpr (std::is_same_v<Material<Kind>, Orthotropic>)
+    return *set.orthotropic;
+  else
+    return set.parameter;
+}
 
 /// Pressure of a closed body.
 struct PressureSet {

@@ -153,7 +153,7 @@ class Sweep {
     with_kind(
         set.type,
         [&]<class Kind>(Kind) {
-          view.kind = kind_index<Kind>(Kinds{});
+          view.kind = kind_index<Projected<Kind>>(Kinds{});
           multipliers = malha::multipliers<Kind>();
           view.update = update_of<Kind>(set, solver.iterations);
           view.rest_values = rest_value_count<Kind>(view.update);
@@ -207,7 +207,7 @@ class Sweep {
       if constexpr (stores_distance(KindList<Kind>()))
         own[0] = set.rest[c];
       else
-        rest_values<Kind>(rest_positions(model, set), c, set.parameter, own);
+        rest_values<Kind>(rest_positions(model, set), c, material_of<Kind>(set), own);
       R* to = &rest[slot * count];
       std::copy(own, own + Kind::rest_values, to);
       if (int(count) > Kind::rest_values) to[Kind::rest_values] = R(set.softness.empty() ? 1 : set.softness[c]);

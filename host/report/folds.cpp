@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -27,7 +28,7 @@ BendingStiffness bending_of(const BodySpec& body) {
   for (const ConstraintSpec& spec : body.constraints) {
     if (spec.type != "bending" && spec.type != "isometric_bending" && spec.type != "plate") continue;
     if (spec.rigidity)
-      sum.rigidity += *spec.rigidity;
+      sum.rigidity += spec.orthotropy ? std::min(*spec.rigidity, spec.orthotropy->across) : *spec.rigidity;
     else if (spec.compliance.value_or(0) > 0)
       sum.per_hinge += 1 / *spec.compliance;
     else

@@ -17,6 +17,7 @@ struct ConstraintSchema {
   bool accepts_stiffness;  // has the keys "stiffness" and "compliance"
   std::string modulus;     // key of the modulus of a material, required without accepts_stiffness; "": none
   std::string unit;        // of the modulus
+  std::string shear;       // key of the modulus in shear or twist beside two moduli; "": the kind has one modulus only
   bool on_edges;           // has the key "elements", which selects among the edges of the mesh
 };
 

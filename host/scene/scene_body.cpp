@@ -4,6 +4,8 @@
 
 #include "host/scene/constraint_schema.h"
 #include "host/scene/scene_fields.h"
+#include "malha/fabrics.h"
+#include "malha/text.h"
 
 namespace malha {
 
@@ -13,6 +15,37 @@ namespace {
 const ConstraintSchema* kind_of(const std::string& type) {
   const auto kind = std::ranges::find(constraint_kinds(), type, &ConstraintSchema::name);
   return kind == constraint_kinds().end() ? nullptr : &*kind;
+}
+
+/// The modulus at `key`, or two of them: [along, across].
+Field moduli_field(const std::string& key, ConstraintSpec& spec, const Interval& range) {
+  const auto read = [&spec, key, range](const JsonReader& at) {
+    std::optional<double>& along = modulus_of(spec, key);
+    if (!spec.orthotropy) return read_into(along, at, range);
+    std::array<double, 2> both{};
+    read_into(both, at, range);
+    along = both[0], spec.orthotropy->across = both[1];
+  };
+  const auto write = [&spec, key](Json& json) {
+    const std::optional<double>& along = modulus_of(spec, key);
+    if (along && spec.orthotropy)
+      json[key] = {*along, spec.orthotropy->across};
+    else
+      write_to(json, key, along);
+  };
+  return {key, read, false, write};
+}
+
+/// A key that only a material of two moduli has.
+template <class T>
+Field of_two_moduli(const std::string& key, ConstraintSpec& spec, T Orthotropy::*value, const Interval& range) {
+  const auto read = [&spec, value, range](const JsonReader& at) {
+    if (spec.orthotropy) read_into((*spec.orthotropy).*value, at, range);
+  };
+  const auto write = [&spec, value, key](Json& json) {
+    if (spec.orthotropy) write_to(json, key, (*spec.orthotropy).*value);
+  };
+  return {key, read, false, write};
 }
 
 /// `kind`: null for a type that does not exist. What was set in code although the kind lacks it is written too, so that
@@ -28,9 +61,15 @@ Fields fields_of(ConstraintSpec& spec, const ConstraintSchema* kind) {
   }
   for (const char* key : {"rigidity", "young_modulus"}) {
     const bool has_it = kind && kind->modulus == key;
-    Field modulus = field(key, modulus_of(spec, key), above(0, has_it ? kind->unit : ""));
+    Field modulus = moduli_field(key, spec, above(0, has_it ? kind->unit : ""));
     modulus.required = has_it && !kind->accepts_stiffness;
     if (has_it || modulus_of(spec, key)) fields.push_back(modulus);
+  }
+  if ((kind && !kind->shear.empty()) || spec.orthotropy) {
+    const bool has_two = kind && !kind->shear.empty();
+    fields.push_back(of_two_moduli(has_two ? kind->shear : "shear_modulus", spec, &Orthotropy::shear,
+                                   above(0, has_two ? kind->unit : "")));
+    fields.push_back(of_two_moduli("along", spec, &Orthotropy::along, any("")));
   }
   const bool has_modulus = spec.rigidity || spec.young_modulus, accepts = kind && kind->accepts_stiffness;
   if (accepts || spec.compliance)
@@ -44,6 +83,27 @@ Fields fields_of(ConstraintSpec& spec, const ConstraintSchema* kind) {
   return fields;
 }
 
+/// Refuses what belongs to two moduli beside a single one.
+void check_single_modulus(const JsonReader& at, const ConstraintSchema& kind) {
+  for (const std::string& key : {kind.shear, std::string("along")})
+    if (at.has(key))
+      at.at(key).refuse("'" + key + "' beside a single '" + kind.modulus + "'",
+                        "two moduli, \"" + kind.modulus + "\": [along, across]");
+}
+
+void check_orthotropy(const JsonReader& at, const ConstraintSchema& kind, const ConstraintSpec& spec) {
+  const auto& [across, shear, along] = *spec.orthotropy;
+  if (along == Vec3{0, 0, 0}) at.at("along").refuse_value("a direction that is not 0");
+  // The ratio the other way is that times across / along; the material is stable where their product is below 1.
+  const double first = spec.rigidity ? *spec.rigidity : spec.young_modulus.value();
+  const double most = kind.parameter_max * std::sqrt(first / across);
+  if (spec.parameter > most)
+    (at.has(kind.parameter) ? at.at(kind.parameter) : at)
+        .refuse(shown(spec.parameter) + " of a material that is " + shown(across / first) +
+                    " times as stiff across as along",
+                "'" + kind.parameter + "' <= " + shown(most) + ", so that every strain stores energy");
+}
+
 ConstraintSpec read_constraint(const JsonReader& at) {
   std::vector<std::string> names;
   for (const ConstraintSchema& kind : constraint_kinds()) names.push_back(kind.name);
@@ -54,12 +114,29 @@ ConstraintSpec read_constraint(const JsonReader& at) {
   if (kind.on_edges) spec.elements = {"edges"};
   if (spec.type == "pressure" && at.has("pressure"))  // the former name of the key
     at.at("pressure").refuse("'pressure', which is a ratio of volumes, not a pressure", "'volume_ratio'");
+  // The modulus decides, before it is read, whether the material has two of them.
+  if (!kind.shear.empty() && at.has(kind.modulus) && at.at(kind.modulus).value().is_array()) spec.orthotropy.emplace();
   at.object(fields_of(spec, &kind));
+  if (spec.orthotropy)
+    check_orthotropy(at, kind, spec);
+  else if (!kind.shear.empty())
+    check_single_modulus(at, kind);
   if (at.has("stiffness") && at.has("compliance"))
     at.at("compliance").refuse("both 'stiffness' and 'compliance'", "one of them");
   if (at.has(kind.modulus) && (at.has("stiffness") || at.has("compliance")))
     at.at(kind.modulus).refuse("'" + kind.modulus + "' beside 'stiffness' or 'compliance'", "one of them");
   return spec;
+}
+
+Field material_field(std::string& material) {
+  const auto read = [&material](const JsonReader& at) {
+    std::vector<std::string> names;
+    for (const Fabric& fabric : fabrics()) names.push_back(fabric.name);
+    material = at.choice("material", names);
+  };
+  return {"material", read, false, [&material](Json& json) {
+            if (!material.empty()) json["material"] = material;
+          }};
 }
 
 }  // namespace
@@ -78,6 +155,7 @@ Fields fields_of(BodySpec& body, const std::string& folder) {
       pins_field(body),
       attachments_field(body),
       part("tear", body.tear),
+      material_field(body.material),
       list("constraints", body.constraints, read_constraint,
            [](ConstraintSpec& spec) { return write(fields_of(spec, kind_of(spec.type))); }),
   };
@@ -86,8 +164,9 @@ Fields fields_of(BodySpec& body, const std::string& folder) {
 BodySpec read_body(const JsonReader& at, const std::string& folder) {
   BodySpec body;
   at.object(fields_of(body, folder));
+  if (!body.material.empty()) apply_material(body, body.material);
   if (body.density && is_loose(body.shape)) {
-    at.at("density").refuse("a density of loose particles", "'mass' (kg)");
+    at.at(at.has("density") ? "density" : "material").refuse("a density of loose particles", "'mass' (kg)");
   }
   if (body.tear) {
     const bool closed = std::any_of(body.constraints.begin(), body.constraints.end(),

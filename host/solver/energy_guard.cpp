@@ -21,7 +21,7 @@ double stored_in(const Model& model, const ConstraintSet& set, int c, const std:
   constexpr int n = Kind::particles;
   const int* of = &set.particles[std::size_t(c) * n];
   double rest[Kind::rest_values];
-  rest_values<Kind>(rest_positions(model, set), c, set.parameter, rest);
+  rest_values<Kind>(rest_positions(model, set), c, material_of<Kind>(set), rest);
   Vector3<double> q[n], grad[n];
   corners<Kind>(x.data(), of, q);
   if constexpr (multipliers<Kind>() > 1) {

@@ -108,8 +108,8 @@ std::string save_state(const State<R>& state) {
   return save_state(state, state.proximity);
 }
 
-/// Sizes of a state; `meshes`, `shapes`, `deforming`: numbers of environment meshes that are rigid, of exact shapes, and
-/// of meshes that deform.
+/// Sizes of a state; `meshes`, `shapes`, `deforming`: numbers of environment meshes that are rigid, of exact shapes,
+/// and of meshes that deform.
 struct StateSizes {
   std::size_t particles = 0, meshes = 0, shapes = 0, deforming = 0, rest = 0, searched = 0, edge_groups = 0;
 };

@@ -9,6 +9,7 @@
 #include "kernels/constraints/isometric_bending.h"
 #include "kernels/constraints/membrane.h"
 #include "kernels/constraints/neo_hookean.h"
+#include "kernels/constraints/orthotropic.h"
 #include "kernels/constraints/plate.h"
 #include "kernels/constraints/volume.h"
 
@@ -17,8 +18,8 @@ namespace malha {
 template <ConstraintKind... Kinds>
 struct KindList {};
 
-using ConstraintKinds =
-    KindList<Distance, DistanceLimit, Membrane, Bending, IsometricBending, Plate, Volume, NeoHookean>;
+using ConstraintKinds = KindList<Distance, DistanceLimit, Membrane, OrthotropicMembrane, Bending, IsometricBending,
+                                 Plate, OrthotropicPlate, Volume, NeoHookean>;
 
 /// Calls f(Kind{}) for every kind, in the order in which they are projected.
 template <class F, ConstraintKind... Kinds>
@@ -46,6 +47,15 @@ void with_kind(const Name& name, const F& f, Kinds kinds = {}) {
         if (name == Kind::name) f(kind);
       },
       kinds);
+}
+
+/// The name of a kind in scenes: variants of another kind have that of it.
+template <class Kind>
+constexpr const char* name_in_scenes() {
+  if constexpr (requires { typename Kind::Isotropic; })
+    return Kind::Isotropic::name;
+  else
+    return Kind::name;
 }
 
 }  // namespace malha

@@ -76,7 +76,14 @@ struct Plate {
 
   template <class S>
   KERNEL static void rest(const Vector3<S> (&X)[6], S nu, S (&rest)[rest_values]) {
-    const S zero(0), one(1), half(0.5);
+    rest_by<IsotropicLaw<S>>(X, nu, rest);
+  }
+
+  /// Rest values by the law of a material: a class whose energy of a curvature z = (Hxx + Hyy, Hxx - Hyy, 2 Hxy) over D
+  /// is half the square of law(z).
+  template <class Law, class S, class Material>
+  KERNEL static void rest_by(const Vector3<S> (&X)[6], const Material& material, S (&rest)[rest_values]) {
+    const S zero(0), one(1);
     S u[6], v[6], a[3][3], area;
     folds_by_curvature(X, u, v, a, area);
     const Vector3<S> row[3] = {{a[0][0], a[0][1], a[0][2]}, {a[1][0], a[1][1], a[1][2]}, {a[2][0], a[2][1], a[2][2]}};
@@ -84,13 +91,15 @@ struct Plate {
     const S det = dot(row[0], column[0]), size = area * sqrt(area);
     const auto fits = (det * det > size * size * S(1e-12)) & (area > zero);
     const S per_det = one / select(fits, det, one);
-    const S sum = sqrt(area * (one + nu) * half), difference = sqrt(area * (one - nu) * half);
+    const Law law(X, area, material);
     S R[3][3];
-    factor_of_product(u, v, a, nu, fits, R);
+    factor_of_product(u, v, a, law, fits, R);
     S smallest = zero;             // of the heights over the hinges
     for (int i = 0; i < 3; ++i) {  // H = a^-1 theta, whose columns are column[i] / det
       const Vector3<S> H = or_zero(fits, column[i] * per_det);
-      const S y[3] = {sum * (H.x + H.y), difference * (H.x - H.y), difference * (H.z + H.z)};
+      const S z[3] = {H.x + H.y, H.x - H.y, H.z + H.z};
+      S y[3];
+      law.apply(z, y);
       rest[3 + i] = R[0][0] * y[0] + R[0][1] * y[1] + R[0][2] * y[2];
       rest[6 + i] = R[1][1] * y[1] + R[1][2] * y[2], rest[9 + i] = R[2][2] * y[2];
       Vector3<S> q[4], grad[4];
@@ -175,10 +184,16 @@ struct Plate {
     static constexpr int vectors = 3, coefficients = 21;  // B, its inverse, signed lengths of the folds at rest
     template <class S>
     KERNEL static void weights(const Vector3<S> (&X)[6], S nu, S (&c)[3][6], S (&own)[21]) {
-      const S zero(0), one(1);
-      S of[Plate::rest_values], fold[3][6];
+      S of[Plate::rest_values];
       rest(X, nu, of);
-      S folded = zero;
+      weights_of(X, of, c, own);
+    }
+    /// The same by the rest values.
+    template <class S>
+    KERNEL static void weights_of(const Vector3<S> (&X)[6], const S (&of)[Plate::rest_values], S (&c)[3][6],
+                                  S (&own)[21]) {
+      const S zero(0), one(1);
+      S fold[3][6], folded = zero;
       for (int i = 0; i < 3; ++i) {
         fold_weights(X, i, fold[i]);
         Vector3<S> f{zero, zero, zero};
@@ -232,25 +247,47 @@ struct Plate {
   };
 
  private:
-  /// R with R^T R = (G + G^T) / 2, where G turns H into H', both in the coordinates sqrt(A (1 + nu) / 2) (Hxx + Hyy),
-  /// sqrt(A (1 - nu) / 2) (Hxx - Hyy), sqrt(A (1 - nu) / 2) 2 Hxy, whose squares are twice the energy over D by H
-  /// alone.
-  template <class S, class Mask>
-  KERNEL static void factor_of_product(const S (&u)[6], const S (&v)[6], const S (&a)[3][3], S nu, const Mask& fits,
-                                       S (&R)[3][3]) {
+  /// The law of isotropic material.
+  template <class S>
+  struct IsotropicLaw {
+    S sum, difference, ratio;
+    KERNEL IsotropicLaw(const Vector3<S> (&)[6], S area, S nu) {
+      const S one(1), half(0.5);
+      sum = sqrt(area * (one + nu) * half), difference = sqrt(area * (one - nu) * half);
+      ratio = sqrt((one - nu) / (one + nu));
+    }
+    KERNEL void apply(const S (&z)[3], S (&y)[3]) const {
+      y[0] = sum * z[0], y[1] = difference * z[1], y[2] = difference * z[2];
+    }
+    /// Computes y over `sum`, and a row of numbers per z as one per that.
+    KERNEL void apply_scaled(const S (&z)[3], S (&y)[3]) const {
+      y[0] = z[0], y[1] = z[1] * ratio, y[2] = z[2] * ratio;
+    }
+    KERNEL void row_scaled(const S (&per_z)[3], S (&per_y)[3]) const {
+      per_y[0] = per_z[0], per_y[1] = per_z[1] / ratio, per_y[2] = per_z[2] / ratio;
+    }
+  };
+
+  /// R with R^T R = (G + G^T) / 2, where G turns H into H', both in the coordinates law(H), whose squares are twice the
+  /// energy over D by H alone.
+  template <class S, class Law, class Mask>
+  KERNEL static void factor_of_product(const S (&u)[6], const S (&v)[6], const S (&a)[3][3], const Law& law,
+                                       const Mask& fits, S (&R)[3][3]) {
     // Some triangles (1 to 4 % of Delaunay's, a fifth of those with diagonals at random) have so different curvatures
     // that their product could be negative. It is mixed with |H|^2 there, so that no curvature has less than this share
     // of the energy by H alone.
     constexpr double least = 0.2;
-    const S zero(0), one(1), half(0.5), ratio = sqrt((one - nu) / (one + nu));
+    const S zero(0), one(1), half(0.5);
     S change[3][3] = {{-one, zero, zero}, {zero, -one, zero}, {zero, zero, -one}};  // (G + G^T) / 2 - 1
     for (int i = 0; i < 3; ++i) {
       const int from = (i + 1) % 3, to = (i + 2) % 3, wing = 3 + i;
       const S x = v[to] - v[from], y = u[from] - u[to];  // l n
       const S across = (u[wing] - u[i]) * x + (v[wing] - v[i]) * y, size = across * sqrt(x * x + y * y);
       const S per = select(fits, S(2) / select(fits, size, one), zero);
-      const S weak[3] = {(x * x + y * y) * per, (x * x - y * y) * per * ratio, (x + x) * y * per * ratio};
-      const S fold[3] = {(a[i][0] + a[i][1]) * half, (a[i][0] - a[i][1]) * half / ratio, a[i][2] * half / ratio};
+      const S z[3] = {(x * x + y * y) * per, (x * x - y * y) * per, (x + x) * y * per};
+      const S per_z[3] = {(a[i][0] + a[i][1]) * half, (a[i][0] - a[i][1]) * half, a[i][2] * half};
+      S weak[3], fold[3];
+      law.apply_scaled(z, weak), law.row_scaled(per_z, fold);
       for (int m = 0; m < 3; ++m)
         for (int k = 0; k < 3; ++k) change[m][k] = change[m][k] + (weak[m] * fold[k] + weak[k] * fold[m]) * half;
     }

@@ -275,18 +275,20 @@ struct SolvePatch {
                                    const Local& local) const {
     const SetView<R>& set = data.sets[set_of(patch, begin)];
     for_each_constraint([&]<class Kind>(Kind) KERNEL_LAMBDA {
-      if (set.kind != kKindIndex<Kind>) return;
-      const auto by = [&]<class Updated>(Updated) KERNEL_LAMBDA {
-        if (set.update == Updated::value)
-          group.call_outlined(begin, end,
-                              ProjectSet<Kind, Updated::value, Group, Local>{this, group, &patch, local, &set,
-                                                                             in_order ? -1 : begin + end - 1});
-      };
-      if constexpr (Kind::strength.accepts_stiffness) by(By<Update::Stiff>()), by(By<Update::Compliant>());
-      if constexpr (takes_material<Kind>())
-        by(By<Update::Material>());
-      else if constexpr (!Kind::strength.accepts_stiffness)
-        by(By<Update::Compliant>());
+      if constexpr (std::is_same_v<Kind, Projected<Kind>>) {
+        if (set.kind != kKindIndex<Kind>) return;
+        const auto by = [&]<class Updated>(Updated) KERNEL_LAMBDA {
+          if (set.update == Updated::value)
+            group.call_outlined(begin, end,
+                                ProjectSet<Kind, Updated::value, Group, Local>{this, group, &patch, local, &set,
+                                                                               in_order ? -1 : begin + end - 1});
+        };
+        if constexpr (Kind::strength.accepts_stiffness) by(By<Update::Stiff>()), by(By<Update::Compliant>());
+        if constexpr (takes_material<Kind>())
+          by(By<Update::Material>());
+        else if constexpr (!Kind::strength.accepts_stiffness)
+          by(By<Update::Compliant>());
+      }
     });
   }
 };

@@ -12,7 +12,8 @@
 //
 // A kind may also have `multipliers` and step(), which solves several constraints at once
 // (kernels/projection/block_solve.h), with energy(), the elastic energy times the compliance; and a Remainder, a kind
-// for the part of a mesh that has no element of its own kind.
+// for the part of a mesh that has no element of its own kind. A kind of orthotropic material has a Material other than
+// its parameter, and is the variant of an `Isotropic` kind, by whose name scenes name it.
 #pragma once
 #include <type_traits>
 
@@ -36,6 +37,71 @@ struct Strength {
   const char* modulus;     // key of a material modulus, the only way where those keys are not accepted; null: none
   const char* unit;        // of the modulus
 };
+
+/// Constants of an orthotropic material (kernels/constraints/orthotropic.h). The moduli are over that along.
+struct Orthotropic {
+  double nu = 0;                   // Poisson's ratio, contraction across over stretch along
+  double across = 1;               // modulus across
+  double shear = 0.5;              // in shear, or in twist
+  Vector3<double> along{1, 0, 0};  // in the space of the rest positions, of any length
+
+  KERNEL bool operator==(const Orthotropic& o) const {
+    return nu == o.nu && across == o.across && shear == o.shear && along.x == o.along.x && along.y == o.along.y &&
+           along.z == o.along.z;
+  }
+
+  /// 1 / (1 - nu_12 nu_21): the modulus along where nothing can contract across.
+  KERNEL double c11() const { return 1 / (1 - nu * nu * across); }
+  /// The largest modulus of a sheet in any strain.
+  KERNEL double stiffest() const {
+    const double mean = (1 + across) / 2 * c11(), difference = (1 - across) / 2 * c11(), c12 = nu * across * c11();
+    const double most = mean + sqrt(difference * difference + c12 * c12);
+    return most > 2 * shear ? most : 2 * shear;
+  }
+  /// The modulus of a strip of a sheet, and the rigidity of a plate that is bent to a cylinder, in a direction whose
+  /// angle with `along` has this squared cosine.
+  KERNEL double modulus(double c2) const {
+    const double s2 = 1 - c2;
+    return 1 / (c2 * c2 + (1 / shear - 2 * nu) * c2 * s2 + s2 * s2 / across);
+  }
+  KERNEL double rigidity(double c2) const {
+    const double s2 = 1 - c2;
+    return c2 * c2 + 2 * (nu * across + 2 * shear) * c2 * s2 + across * s2 * s2;
+  }
+  /// The squared cosine of the angle between `along`, projected into the plane of normal n, and a direction d in it.
+  KERNEL double cosine2(const Vector3<double>& n, const Vector3<double>& d) const {
+    const double n2 = dot(n, n);
+    const Vector3<double> in_plane = along - n * (n2 > 0 ? dot(along, n) / n2 : 0);
+    const double size2 = dot(in_plane, in_plane) * dot(d, d), both = dot(in_plane, d);
+    return size2 > 0 ? both * both / size2 : 1;
+  }
+};
+
+/// The constants from which a kind computes its rest values: a type `Material` of the kind, or its parameter.
+template <class Kind>
+struct MaterialOf {
+  using type = double;
+};
+template <class Kind>
+requires requires { typename Kind::Material; }
+struct MaterialOf<Kind> {
+  using type = typename Kind::Material;
+};
+template <class Kind>
+using Material = typename MaterialOf<Kind>::type;
+
+/// The kind by which a kind is projected: another one, its `Projected`, if only its rest values differ from that.
+template <class Kind>
+struct ProjectedAs {
+  using type = Kind;
+};
+template <class Kind>
+requires requires { typename Kind::Projected; }
+struct ProjectedAs<Kind> {
+  using type = typename Kind::Projected;
+};
+template <class Kind>
+using Projected = typename ProjectedAs<Kind>::type;
 
 /// How Desbrun's filter treats a kind: as a spring between its two particles; as a stencil
 /// (kernels/projection/stencil.h); or not at all, because it is projected after the filter, as inequalities have to be.
@@ -83,8 +149,9 @@ concept DeclaresFiltered = requires {
 template <class K, class T, int n, int m = T::vectors, int coefficients = T::coefficients>
 concept StencilType = (coefficients > 0) &&
                       requires(const Vector3<double> (&X)[n], double (&c)[m][n], double (&own)[coefficients],
-                               const Vector3<float> (&f)[m], const float* from, Vector3<float> (&d)[m]) {
-  T::weights(X, 1.0, c, own);
+                               const Material<K>& material, const Vector3<float> (&f)[m], const float* from,
+                               Vector3<float> (&d)[m]) {
+  T::weights(X, material, c, own);
   T::target(f, from, d);
 }
 &&(!K::strength.accepts_stiffness || requires(const Vector3<double> (&X)[n]) { double(T::lever(X)); });
@@ -92,7 +159,9 @@ template <class K>
 concept HasStencilIfFiltered = K::filtered != Filtered::Stencil || StencilType<K, typename K::Stencil, K::particles>;
 template <class K>
 concept HasRestValues = K::rest_values >
-0 && requires(const Vector3<double> (&X)[K::particles], double (&rest)[K::rest_values]) { K::rest(X, 1.0, rest); };
+0 && requires(const Vector3<double> (&X)[K::particles], const Material<K>& material, double (&rest)[K::rest_values]) {
+  K::rest(X, material, rest);
+};
 template <class K, class S, class Mask = decltype(S() == S())>
 concept HasEvaluate = requires(const Vector3<S> (&p)[K::particles], const S* rest, const Mask& valid,
                                Vector3<S> (&grad)[K::particles], S& scale) {

@@ -33,17 +33,18 @@ struct RestPositions {
 
 /// Rest values of constraint c.
 template <class Kind, class Point>
-KERNEL void rest_values(const RestPositions<Point>& at, int c, double parameter, double (&rest)[Kind::rest_values]) {
+KERNEL void rest_values(const RestPositions<Point>& at, int c, const Material<Kind>& material,
+                        double (&rest)[Kind::rest_values]) {
   Vector3<double> q[Kind::particles];
   at.template corners<Kind>(c, q);
-  Kind::rest(q, parameter, rest);
+  Kind::rest(q, material, rest);
 }
 
 /// The first rest value, with which the constraint's quantity is compared.
 template <class Kind, class Point>
-KERNEL double rest_value(const RestPositions<Point>& at, int c, double parameter) {
+KERNEL double rest_value(const RestPositions<Point>& at, int c, const Material<Kind>& material) {
   double rest[Kind::rest_values];
-  rest_values<Kind>(at, c, parameter, rest);
+  rest_values<Kind>(at, c, material, rest);
   return rest[0];
 }
 
@@ -68,12 +69,12 @@ struct MeasureResidual {
   const Point* x;        // now
   const double* w;       // 1/kg
   const int* particles;  // Kind::particles a constraint
-  double parameter;
+  Material<Kind> material;
   const double* softness;  // factor of each constraint's compliance; null: 1
   KERNEL Residual operator()(int c) const {
     constexpr int n = Kind::particles;
     double rest[Kind::rest_values];
-    rest_values<Kind>(at_rest, c, parameter, rest);
+    rest_values<Kind>(at_rest, c, material, rest);
     Vector3<double> q[n], grad[n];
     corners<Kind>(x, particles + c * n, q);
     double scale, sum = 0, sum_w = 0;
@@ -100,11 +101,11 @@ struct MeasureEnergy {
   RestPositions<Point> at_rest;
   const Point* x;        // now
   const int* particles;  // Kind::particles a constraint
-  double parameter;
+  Material<Kind> material;
   const double* softness;  // factor of each constraint's compliance; null: 1
   KERNEL Sum operator()(int c) const {
     double rest[Kind::rest_values];
-    rest_values<Kind>(at_rest, c, parameter, rest);
+    rest_values<Kind>(at_rest, c, material, rest);
     Vector3<double> q[Kind::particles];
     corners<Kind>(x, particles + c * Kind::particles, q);
     const double energy = Kind::energy(q, rest);

@@ -95,6 +95,7 @@ template <class Kind>
 Model one_constraint_model(const Corners<Kind>& X, double parameter) {
   Model model;
   ConstraintSet set{Kind::name, Kind::particles, 1, {}, parameter, {}, {}};
+  set.orthotropic = some_orthotropic<Kind>();
   for (int j = 0; j < Kind::particles; ++j) {
     model.x.push_back({X[j].x, X[j].y, X[j].z}), model.w.push_back(1);
     model.user_index.push_back(Kind::particles - 1 - j);
@@ -158,7 +159,7 @@ TEST(Fields, ResidualIsTheDistanceToTheConstraint) {
       Vector3<double> q[Kind::particles];
       double rest[Kind::rest_values];
       as_array<Kind>(X, q);
-      Kind::rest(q, Kind::parameter.default_value, rest);
+      Kind::rest(q, some_material<Kind>(), rest);
       const auto C = [&](const Corners<Kind>& at) {
         Vector3<double> p[Kind::particles], grad[Kind::particles];
         as_array<Kind>(at, p);

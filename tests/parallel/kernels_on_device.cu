@@ -60,13 +60,15 @@ void instantiate_residuals(KindList<Kinds...>) {
 }
 template void instantiate_residuals(ConstraintKinds);
 template void
-instantiate<MeasureVolume<double[3]>, MeasureEnergy<NeoHookean, double[3]>, MeasureEnergy<Membrane, double[3]>>();
+instantiate<MeasureVolume<double[3]>, MeasureEnergy<NeoHookean, double[3]>, MeasureEnergy<Membrane, double[3]>,
+            MeasureEnergy<OrthotropicMembrane, double[3]>, MeasureEnergy<OrthotropicPlate, double[3]>>();
 
 template <class R>
 void instantiate_filters() {
   using Io = FilterIo<R>;
   instantiate_groups<SumForces<R, ExplicitForces<R>, false>, SumForces<R, MissingForces<R>, true>>();
-  instantiate<ComputeTargets<R, Plate::Stencil, Plate::particles>, ComputeTargets<R, IsometricBending::Stencil, 4>>();
+  instantiate<ComputeTargets<R, Plate::Stencil, Plate::particles>, ComputeTargets<R, IsometricBending::Stencil, 4>,
+              ComputeTargets<R, OrthotropicMembrane::Stencil, 3>>();
   instantiate_groups<ForwardTask<R, Io>, ForwardTop<R>, BackwardTop<R>, SolveRootSmall<R, true>,
                      SolveRootSmall<R, false>, BackwardTask<R, Io>>();
   instantiate_groups<Pieces<SumTop<R, Io>>, Pieces<ScatterRoot<R, Io>>, Pieces<GatherTop<R>>, Pieces<StoreRoot<R>>>();

@@ -12,6 +12,7 @@
 
 #include "host/base/point_array.h"
 #include "kernels/forces/integrate.h"
+#include "tests/constraints/some_material.h"
 #include "tests/scene_builders.h"
 #include "tests/self_collision/tangles.h"
 
@@ -50,7 +51,7 @@ class ScalarSweep {
       with_kind(set.type, [&]<class Kind>(Kind) {
         for (int c = 0; c < set.count(); ++c) {
           double rest[Kind::rest_values];
-          rest_values<Kind>(rest_positions(model, set), c, set.parameter, rest);
+          rest_values<Kind>(rest_positions(model, set), c, material_of<Kind>(set), rest);
           rest_[s].insert(rest_[s].end(), rest, rest + Kind::rest_values);
         }
       });
@@ -259,7 +260,7 @@ Model tangled_model(std::optional<double> compliance) {
   for_each_constraint([&]<class Kind>(Kind) {
     ConstraintSet set = set_of(Kind::particles, tangle(particles, Kind::particles, particles, random, 100));
     set.type = Kind::name;
-    set.parameter = Kind::parameter.default_value;
+    set.parameter = Kind::parameter.default_value, set.orthotropic = some_orthotropic<Kind>();
     set.stiffness = 0.8;
     set.compliance = compliance;
     sets.push_back(set);
@@ -282,12 +283,12 @@ Model sheet_model(std::optional<double> compliance, bool with_wings = true) {
   std::vector<ConstraintSpec> constraints;
   for_each_constraint([&]<class Kind>(Kind) {
     if (facts_of(Kind::element).solid || (facts_of(Kind::element).weighed && !with_wings)) return;
-    ConstraintSpec spec = constraint(Kind::name, Kind::parameter.default_value);
+    ConstraintSpec spec = constraint(name_in_scenes<Kind>(), Kind::parameter.default_value);
     if (Kind::element == Element::Edges) spec.elements = {"edges", "shear"};
     if constexpr (Kind::strength.accepts_stiffness)
       spec.stiffness = compliance ? 1 : 0.8, spec.compliance = compliance;
     else
-      modulus_of(spec, Kind::strength.modulus) = 1e-4;
+      modulus_of(spec, Kind::strength.modulus) = 1e-4, spec.orthotropy = some_orthotropy<Kind>(1e-4);
     constraints.push_back(spec);
   });
   BodySpec sheet = body("sheet", GridShape{{1, 1}, {24, 40}}, constraints);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "kernels/constraints/constraint_registry.h"
+#include "tests/constraints/some_material.h"
 #include "tests/numbers.h"
 
 namespace malha {
@@ -100,7 +101,7 @@ Rest<Kind> rest_of(const Corners<Kind>& at, double parameter) {
   Vector3<double> q[Kind::particles];
   for (int j = 0; j < Kind::particles; ++j) q[j] = at[j];
   double values[Kind::rest_values];
-  Kind::rest(q, parameter, values);
+  Kind::rest(q, some_material<Kind>(parameter), values);
   Rest<Kind> rest;
   std::copy_n(values, Kind::rest_values, rest.begin());
   return rest;

@@ -51,6 +51,26 @@ INSTANTIATE_TEST_SUITE_P(
     name_of_refusal);
 
 INSTANTIATE_TEST_SUITE_P(
+    TwoModuli, ParseSceneRefuses,
+    testing::Values(
+        Refusal{"ShearModulusOfOneModulus", "/bodies/2/constraints/2/shear_modulus", "5",
+                "/bodies/2/constraints/2/shear_modulus", "beside a single 'young_modulus'"},
+        Refusal{"TwistingRigidityOfOneRigidity", "/bodies/2/constraints/3/twisting_rigidity", "1e-4",
+                "/bodies/2/constraints/3/twisting_rigidity", "\"rigidity\": [along, across]"},
+        Refusal{"DirectionOfOneModulus", "/bodies/2/constraints/2/along", "[1, 0, 0]", "/bodies/2/constraints/2/along"},
+        Refusal{"DirectionOfNothing", "/bodies/3/constraints/0/along", "[0, 0, 0]", "/bodies/3/constraints/0/along"},
+        Refusal{"TwoModuliOfAKindWithOne", "/bodies/2/constraints/0/rigidity", "[500, 400]",
+                "/bodies/2/constraints/0/rigidity"},
+        // nu12 nu21 = 0.5^2 400 / 100 = 1: a strain without energy.
+        Refusal{"PoissonsRatioThatIsUnstable", "/bodies/2/constraints/2",
+                R"({"type": "membrane", "young_modulus": [100, 400], "poisson_ratio": 0.5})",
+                "/bodies/2/constraints/2/poisson_ratio", "4 times as stiff across as along"},
+        Refusal{"DefaultPoissonsRatioThatIsUnstable", "/bodies/2/constraints/2",
+                R"({"type": "membrane", "young_modulus": [1, 100]})", "/bodies/2/constraints/2",
+                "'poisson_ratio' <= 0.095"}),
+    name_of_refusal);
+
+INSTANTIATE_TEST_SUITE_P(
     Attachments, ParseSceneRefuses,
     testing::Values(
         Refusal{"PinThatJumps", "/bodies/1/pins/4/motion/0/translate", "[0, 0, 1]", "/bodies/1/pins/4/motion/0"},

@@ -11,6 +11,7 @@
 
 #include "host/model/model.h"
 #include "kernels/constraints/constraint_registry.h"
+#include "tests/constraints/some_material.h"
 #include "tests/numbers.h"
 
 namespace malha {
@@ -75,7 +76,8 @@ inline std::vector<bool> pinned_of(const Model& model) {
 inline ConstraintSet set_of(int arity, std::vector<int> particles) {
   ConstraintSet set;
   for_each_constraint([&]<class Kind>(Kind) {
-    if (Kind::particles == arity) set.type = Kind::name, set.parameter = Kind::parameter.default_value;
+    if (Kind::particles == arity)
+      set.type = Kind::name, set.parameter = Kind::parameter.default_value, set.orthotropic = some_orthotropic<Kind>();
   });
   set.arity = arity;
   set.particles = std::move(particles);

@@ -63,11 +63,13 @@ TEST(CommandLine, AnswersEverySlipInOneLine) {
   const std::string in_run = "; see malha run --help\n";
   for (const Slip& slip : std::vector<Slip>{
            {{},
-            "malha: found no command; allowed: run, view, picture, page, plan, check, tune, bench, study, --help, -h, "
-            "--version\n"},
+            "malha: found no command; allowed: run, view, picture, page, plan, check, materials, tune, bench, study, "
+            "--help, "
+            "-h, --version\n"},
            {{"rum", "scene.json"},
-            "malha: found \"rum\" (did you mean 'run'?); allowed: run, view, picture, page, plan, check, tune, bench, "
-            "study, "
+            "malha: found \"rum\" (did you mean 'run'?); allowed: run, view, picture, page, plan, check, materials, "
+            "tune, "
+            "bench, study, "
             "--help, "
             "-h, --version\n"},
            {{"run"}, "malha run: SCENE is required" + in_run},

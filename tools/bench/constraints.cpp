@@ -88,10 +88,12 @@ void add_kind(std::vector<KindCase>& lines, int particles) {
   constexpr ElementFacts element = facts_of(Kind::element);
   constexpr Strength strength = Kind::strength;
   const auto add = [&](bool with_modulus, const std::string& way, bool filtered = false) {
-    ConstraintSpec spec = spec_of(Kind::name, Kind::parameter.default_value);
+    ConstraintSpec spec = spec_of(name_in_scenes<Kind>(), Kind::parameter.default_value);
     if (with_modulus) {
       const std::string unit = strength.unit;
-      modulus_of(spec, strength.modulus) = element.solid ? 1e5 : unit.starts_with("N/m") ? 100 : 1e-4;
+      const double modulus = element.solid ? 1e5 : unit.starts_with("N/m") ? 100 : 1e-4;
+      modulus_of(spec, strength.modulus) = modulus;
+      if constexpr (std::is_same_v<Material<Kind>, Orthotropic>) spec.orthotropy = Orthotropy{modulus / 2};
     }
     if (Kind::element == Element::Edges) spec.elements = {"edges", "shear"};
     BodySpec body = element.solid ? block(particles) : sheet(particles);

@@ -77,6 +77,7 @@ bool constraint(ConstraintSpec& spec) {
     if (ImGui::Button("give it a compliance")) spec.compliance = 1e-6, changed = true;
     if (ImGui::IsItemHovered()) ImGui::SetTooltip("so that substeps and iterations do not change how stiff it is");
   }
+  if (spec.orthotropy) changed |= number("that across", spec.orthotropy->across, "of the same unit");
   return changed;
 }
 
