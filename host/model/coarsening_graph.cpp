@@ -40,6 +40,7 @@ struct SheetTriangle {
   std::array<int, 3> corner;
   double Y;  // Young's modulus times thickness, N/m; that along, of an orthotropic sheet
   const Orthotropic* orthotropic = nullptr;
+  Vector rest[3]{};  // m, at rest
 };
 
 /// Cross-section of a body between the particles at graph distance d and those at d - 1.
@@ -134,8 +135,9 @@ class SelfWeightStretch {
     const Vector turned = (body_.x[k] - body_.x[i]) * double(b - a) - (body_.x[j] - body_.x[i]) * double(c - a);
     double Y = t.Y;
     if (t.orthotropic) {  // pulled along the gradient
-      const Vector n = cross(body_.x[j] - body_.x[i], body_.x[k] - body_.x[i]);
-      Y *= t.orthotropic->modulus(t.orthotropic->cosine2(n, cross(n, turned)));
+      const Vector to_j = t.rest[1] - t.rest[0], to_k = t.rest[2] - t.rest[0], n = cross(to_j, to_k);
+      const Vector along = cross(n, to_k * double(b - a) - to_j * double(c - a));
+      Y *= t.orthotropic->modulus(t.orthotropic->cosine2(n, along));
     }
     section_at(a > b && a > c ? i : b > c ? j : k).sheet += Y * norm(turned) / 2;
   }
@@ -230,14 +232,14 @@ class GraphBuilder {
     const ConstraintSet& set = model_.sets[s];
     const double Y = 1 / set.compliance.value_or(1);
     std::vector<double> area;
-    std::vector<Vector> rest;  // three corners a triangle
     const std::size_t begin = sheets_.size();
     for (int c = 0; c < set.count(); ++c) {
-      SheetTriangle& piece = sheets_.emplace_back(SheetTriangle{{}, Y, set.orthotropic ? &*set.orthotropic : nullptr});
+      SheetTriangle& piece =
+          sheets_.emplace_back(SheetTriangle{{}, Y, set.orthotropic ? &*set.orthotropic : nullptr, {}});
       for (int k = 0; k < 3; ++k) piece.corner[k] = model_.user_index[set.particles[3 * c + k]];
       for (int k = 0; k < 3; ++k)
-        rest.push_back(set.rest_corners.empty() ? x_[piece.corner[k]] : vector(set.rest_corners[3 * c + k]));
-      const Vector* X = &rest[rest.size() - 3];
+        piece.rest[k] = set.rest_corners.empty() ? x_[piece.corner[k]] : vector(set.rest_corners[3 * c + k]);
+      const Vector(&X)[3] = piece.rest;
       area.push_back(norm(cross(X[1] - X[0], X[2] - X[0])) / 2);
     }
     const auto visit = [&](const auto& add_side) {
@@ -249,7 +251,7 @@ class GraphBuilder {
       if (!set.rest_corners.empty()) length = 0;
       for (auto side = first; side != last; ++side) {
         const int t = side->number / 3, k = side->number % 3;
-        const Vector* X = &rest[static_cast<std::size_t>(3 * t)];
+        const Vector(&X)[3] = sheets_[begin + static_cast<std::size_t>(t)].rest;
         const Vector along = X[(k + 1) % 3] - X[k];
         const auto modulus = [&](const Orthotropic& of) {
           return of.modulus(of.cosine2(cross(X[1] - X[0], X[2] - X[0]), along));
