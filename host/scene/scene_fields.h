@@ -170,7 +170,7 @@ enum class ShapeUse { Body, Environment };  // shapes of the environment need fa
 /// Mesh paths are read and written relative to `folder`. They are written as absolute ones if it is empty.
 Field shape_field(Shape& shape, ShapeUse use, const std::string& folder);
 /// The rest shape of a body. Paths are as those of shapes.
-Field rest_field(std::optional<Rest>& rest, const std::string& folder);
+Field rest_field(std::optional<RestSpec>& rest, const std::string& folder);
 Fields fields_of(Transform& transform);
 /// A rotation: its axis and angle.
 Field rotation_field(Vec3& axis, double& degrees);
