@@ -73,7 +73,10 @@ std::string full_scene() {
     {"name": "block", "shape": {"box": {"size": [1, 1, 1], "cells": [1, 1, 1]}}},
     {"name": "rail", "shape": {"bar": {"length": 2, "width": 0.2, "cells": 1}}},
     {"name": "tile", "sides": "two_sided", "shape": {"mesh_data": {
-      "points": [[0, 0, 0], [0, 0, 1], [1, 0, 0]], "faces": [[0, 1, 2]]}}}
+      "points": [[0, 0, 0], [0, 0, 1], [1, 0, 0]], "faces": [[0, 1, 2]]}}},
+    {"name": "floor", "shape": {"plane": {}}, "transform": {"translate": [0, -9, 0]}},
+    {"name": "arm", "shape": {"capsule": {"from": [3, 0, 0], "to": [4, 0, 0], "radius": 0.1}}},
+    {"name": "pillar", "shape": {"cylinder": {"from": [5, 0, 0], "to": [5, 2, 0], "radius": 0.2}}}
   ],
   "self_collision": {"thickness": 0.004, "friction": 0.5, "bodies": ["sheet", "ball"],
                      "crossing_at_start": "ignore"},
