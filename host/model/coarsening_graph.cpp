@@ -133,9 +133,10 @@ class SelfWeightStretch {
     if (a < 0 || (a == b && b == c)) return;
     const Vector turned = (body_.x[k] - body_.x[i]) * double(b - a) - (body_.x[j] - body_.x[i]) * double(c - a);
     double Y = t.Y;
-    if (t.orthotropic) {  // pulled along the gradient
+    if (t.orthotropic) {
       const Vector n = cross(body_.x[j] - body_.x[i], body_.x[k] - body_.x[i]);
-      Y *= t.orthotropic->modulus(t.orthotropic->cosine2(n, cross(n, turned)));
+      const Vector pull = stretch_[i] + stretch_[j] + stretch_[k];
+      Y *= t.orthotropic->modulus(t.orthotropic->cosine2(n, pull - n * (dot(pull, n) / std::max(dot(n, n), 1e-300))));
     }
     section_at(a > b && a > c ? i : b > c ? j : k).sheet += Y * norm(turned) / 2;
   }
@@ -243,10 +244,10 @@ class GraphBuilder {
       for (auto side = first; side != last; ++side) {
         const int t = side->number / 3;
         const auto& [i, j, k] = sheets_[begin + t].corner;
-        const auto modulus = [&](const Orthotropic& of) {
-          return of.modulus(of.cosine2(cross(x_[j] - x_[i], x_[k] - x_[i]), along));
-        };
-        sum += set.orthotropic ? area[t] * modulus(*set.orthotropic) : area[t];
+        double modulus = 1;  // over Y
+        if (const std::optional<Orthotropic>& of = set.orthotropic)
+          modulus = of->modulus(of->cosine2(cross(x_[j] - x_[i], x_[k] - x_[i]), along));
+        sum += area[t] * modulus;
       }
       const double length = norm(along);
       if (sum > 0) add(first->low, first->high, length, s, length * length / (Y * sum));
