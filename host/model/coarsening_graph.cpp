@@ -134,10 +134,12 @@ class SelfWeightStretch {
     if (a < 0 || (a == b && b == c)) return;
     const Vector turned = (body_.x[k] - body_.x[i]) * double(b - a) - (body_.x[j] - body_.x[i]) * double(c - a);
     double Y = t.Y;
-    if (t.orthotropic) {  // pulled along the gradient
-      const Vector to_j = t.rest[1] - t.rest[0], to_k = t.rest[2] - t.rest[0], n = cross(to_j, to_k);
-      const Vector along = cross(n, to_k * double(b - a) - to_j * double(c - a));
-      Y *= t.orthotropic->modulus(t.orthotropic->cosine2(n, along));
+    if (t.orthotropic) {  // the direction of the pull, carried to the triangle at rest
+      const Vector to_j = body_.x[j] - body_.x[i], to_k = body_.x[k] - body_.x[i], n = cross(to_j, to_k);
+      const Vector pull = stretch_[i] + stretch_[j] + stretch_[k];
+      const Vector along =
+          (t.rest[1] - t.rest[0]) * dot(cross(pull, to_k), n) + (t.rest[2] - t.rest[0]) * dot(cross(to_j, pull), n);
+      Y *= t.orthotropic->modulus(t.orthotropic->cosine2(cross(t.rest[1] - t.rest[0], t.rest[2] - t.rest[0]), along));
     }
     section_at(a > b && a > c ? i : b > c ? j : k).sheet += Y * norm(turned) / 2;
   }
@@ -253,10 +255,10 @@ class GraphBuilder {
         const int t = side->number / 3, k = side->number % 3;
         const Vector(&X)[3] = sheets_[begin + static_cast<std::size_t>(t)].rest;
         const Vector along = X[(k + 1) % 3] - X[k];
-        const auto modulus = [&](const Orthotropic& of) {
-          return of.modulus(of.cosine2(cross(X[1] - X[0], X[2] - X[0]), along));
-        };
-        sum += set.orthotropic ? area[t] * modulus(*set.orthotropic) : area[t];
+        double modulus = 1;  // over Y
+        if (const std::optional<Orthotropic>& of = set.orthotropic)
+          modulus = of->modulus(of->cosine2(cross(X[1] - X[0], X[2] - X[0]), along));
+        sum += area[t] * modulus;
         if (!set.rest_corners.empty()) length += norm(along) / static_cast<double>(last - first);
       }
       if (sum > 0) add(first->low, first->high, length, s, length * length / (Y * sum));
