@@ -94,13 +94,13 @@ def skirt(folder, edge, rng):
 
 
 def cape(folder, edge, rng):
-    inner, length, angle, half = 0.115, 0.72, np.pi, np.radians(50)  # m; half the opening of the cone at the start
+    inner, length, angle, half = 0.09, 0.66, 1.35 * np.pi, np.radians(78)  # m; half the opening of the cone at the start
     rows = round(length / edge) + 1
     columns = round((inner + length / 2) * angle / edge) + 1
     texture, slope, turn = sector(inner, length, angle, rows, columns, jitter(rows, columns, rng, False))
     around = turn / np.sin(half)  # the cone's angle, 0 at the back
     radius = (inner + slope) * np.sin(half)
-    points = np.stack([radius * np.sin(around), 1.50 - slope * np.cos(half), -radius * np.cos(around)], -1)
+    points = np.stack([radius * np.sin(around), 1.55 - (inner + slope) * np.cos(half), -radius * np.cos(around)], -1)
     vertex = lambda r, c: r * columns + c
     write(os.path.join(folder, "cape.obj"), "Cape", points.reshape(-1, 3), texture.reshape(-1, 2),
           triangles(rows, columns, vertex), columns)
