@@ -193,6 +193,8 @@ int body_of(const Model& model, int user_index);
 /// The body of each particle, in the solver's order.
 std::vector<int> bodies_of(const Model& model);
 
+/// True if an object of the environment has "edges".
+bool names_edges(const Scene& scene);
 /// Tells whether an object is a mesh that does not deform.
 inline bool is_rigid_mesh(const EnvironmentMesh& object) { return !object.exact && !object.spec.animation; }
 /// Numbers of objects of the environment that are such meshes, and exact shapes; the others are meshes that deform.
