@@ -38,7 +38,7 @@ EnvironmentSpec plate(const Shape& shape) {
   object.transform.translate = {0, -0.1, 0};
   return object;
 }
-const Shape kExactPlate = BoxShape{{2, 0.2, 2}, std::nullopt}, kMeshPlate = BoxShape{{2, 0.2, 2}, {4, 1, 4}};
+const Shape kExactPlate = BoxShape{{2, 0.2, 2}, std::nullopt}, kMeshPlate = BoxShape{{2, 0.2, 2}, std::array{4, 1, 4}};
 
 /// A sheet that lies on a plate.
 Scene sheet_on_a_plate(const EnvironmentSpec& object) {
@@ -91,7 +91,9 @@ TEST(DrivenObjects, TakeWhatIsAttachedToThemAlong) {
   const RigidPose end = pose_after(kSteps);
   const Pose pose = pose_at({{0, end.translate, end.axis, end.degrees}}, 0);
   const Vector3<double> there = to_world(pose, {start[0], start[1], start[2]});
-  EXPECT_NEAR(now[0], there.x, 1e-6), EXPECT_NEAR(now[1], there.y, 1e-6), EXPECT_NEAR(now[2], there.z, 1e-6);
+  EXPECT_NEAR(now[0], there.x, 1e-6);
+  EXPECT_NEAR(now[1], there.y, 1e-6);
+  EXPECT_NEAR(now[2], there.z, 1e-6);
 }
 
 TEST(DrivenObjects, KeepWhatIsAttachedWhenABodyIsLaidOutAnewLater) {
@@ -104,7 +106,7 @@ TEST(DrivenObjects, KeepWhatIsAttachedWhenABodyIsLaidOutAnewLater) {
   }
   Scene whole = sheet_tied_to_a_plate();
   whole.environment[0].motion = as_keyframes();
-  EXPECT_LT(distance(after(whole, 30 * kDt).positions()[0], simulation.positions()[0]), 1e-6);
+  EXPECT_LT(length(after(whole, 30 * kDt).positions()[0] - simulation.positions()[0]), 1e-6);
 }
 
 TEST(DrivenObjects, WithEdgesLeaveOthersWithEdgesWhereTheyAre) {
