@@ -139,5 +139,27 @@ TEST(FieldsOfContacts, OfAStripAtRestAreThoseOnTheTable) {
   EXPECT_GT(over, 100);
 }
 
+TEST(FieldsOfContacts, FollowASurfaceThatDeforms) {
+  EnvironmentSpec skin = table(Sides::OneSided);
+  skin.animation = AnimationSpec{};
+  skin.animation->from_code = true;
+  Simulation simulation = world(2, {skin});
+  const Contacts contacts(simulation.model());
+  std::vector<Vec3> points = simulation.model().environment[0].mesh.points;
+  for (Vec3& x : points) x[1] += x[0];  // a slope
+  simulation.set_vertices("table", points);
+  simulation.step();
+  const double s = std::sqrt(0.5);
+  const std::vector<Vec3> x{{0.2, 0.5 + 0.5 * kThick, 0.1}, {0.2 - kThick * s, 0.7 + kThick * s, 0.1}};
+  const auto at = [&](double time) { return contacts(x, simulation.model().environment, time); };
+  ASSERT_EQ(at(0).size(), 1u);
+  EXPECT_EQ(at(0)[0].particle, 0);
+  const std::vector<ContactPoint> later = at(simulation.time());
+  ASSERT_EQ(later.size(), 1u);
+  EXPECT_EQ(later[0].particle, 1);
+  expect_point(later[0].at, {0.2, 0.7, 0.1});
+  expect_point(later[0].normal, {-s, s, 0});
+}
+
 }  // namespace
 }  // namespace malha
