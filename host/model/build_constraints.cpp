@@ -9,6 +9,7 @@
 #include "host/mesh/geodesic.h"
 #include "host/mesh/topology.h"
 #include "host/mesh/vectors.h"
+#include "host/mesh/weld.h"
 #include "host/model/material.h"
 #include "host/model/softening.h"
 #include "host/model/stencils.h"
