@@ -116,6 +116,10 @@ void Animation::sample(double time, std::span<Vec3> points) const {
   source_->pose(std::clamp(local, 0.0, whole), map_, points);
 }
 
+std::shared_ptr<const Animation> Animation::select(std::span<const int> vertices) const {
+  return std::make_shared<const Animation>(source_->select(vertices), spec_, map_);
+}
+
 std::shared_ptr<const Animation> load_animation(const Scene& scene, std::size_t index, const Mesh& mesh) {
   const EnvironmentSpec& object = scene.environment[index];
   const std::string file = origin_of(object);

@@ -20,6 +20,8 @@ class Animation {
   double duration() const { return source_->duration(spec_.loop) / spec_.speed; }
   /// The positions at `time` (s of the simulation), in m: as many as there are vertices.
   void sample(double time, std::span<Vec3> points) const;
+  /// The animation of these vertices alone, in this order.
+  std::shared_ptr<const Animation> select(std::span<const int> vertices) const;
 
  private:
   std::unique_ptr<const AnimationSource> source_;

@@ -100,10 +100,10 @@ class ParticleHandles {
   void arrive(const Particles<R>& particles, int substep) {
     for (Handle& handle : handles_) {
       if (!handle.spec.is_held()) continue;
-      parallel_for(
-          executor_, 1,
-          ArriveAtTarget<R>{particles, handle.list.data(), origin_.data(), shifted(handle.at(substep, substeps_)),
-                            shifted(handle.at(substep + 1, substeps_)), 1 / h_});
+      parallel_for(executor_, 1,
+                   ArriveAtTarget<R>{particles, handle.list.data(), origin_.data(), origin_.data(),
+                                     shifted(handle.at(substep, substeps_)), shifted(handle.at(substep + 1, substeps_)),
+                                     1 / h_});
       if (substep + 1 == substeps_) handle.from = handle.spec.to;
     }
   }

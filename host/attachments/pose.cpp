@@ -41,12 +41,16 @@ Pose pose_at(const std::vector<Keyframe>& motion, double time) {
   return pose;
 }
 
-Keyframe keyframe_at(const std::vector<Keyframe>& motion, double time) {
-  const Pose pose = pose_at(motion, time);
+RigidPose rigid_pose_of(const Pose& pose) {
   const Eigen::AngleAxisd turned(
       Eigen::Matrix3d(Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(pose.r)));
   const Eigen::Vector3d& axis = turned.axis();
-  return {time, {pose.t.x, pose.t.y, pose.t.z}, {axis[0], axis[1], axis[2]}, turned.angle() * 180 / std::numbers::pi};
+  return {{pose.t.x, pose.t.y, pose.t.z}, {axis[0], axis[1], axis[2]}, turned.angle() * 180 / std::numbers::pi};
+}
+
+Keyframe keyframe_at(const std::vector<Keyframe>& motion, double time) {
+  const RigidPose pose = rigid_pose_of(pose_at(motion, time));
+  return {time, pose.translate, pose.axis, pose.degrees};
 }
 
 Pose from_to(const Pose& before, const Pose& after) {

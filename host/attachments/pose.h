@@ -12,6 +12,8 @@ namespace malha {
 /// otherwise by the shortest slerp. Before the first and after the last keyframe the mesh rests. No keyframe: identity.
 Pose pose_at(const std::vector<Keyframe>& motion, double time);
 
+/// The pose as a rotation about an axis and a translation.
+RigidPose rigid_pose_of(const Pose& pose);
 /// The keyframe at a time (s) of a motion, which poses the mesh as pose_at() does.
 Keyframe keyframe_at(const std::vector<Keyframe>& motion, double time);
 

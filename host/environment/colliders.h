@@ -154,6 +154,9 @@ class EnvironmentColliders {
 
   // What only deforming meshes have; 0 and empty without.
   double fastest_vertex() const { return deforming_ ? deforming_->fastest_vertex() : 0; }
+  std::vector<DeformingStats> deforming() const {
+    return deforming_ ? deforming_->facts() : std::vector<DeformingStats>{};
+  }
   int most_pinched() const { return deforming_ ? deforming_->most_pinched() : 0; }
   std::vector<float> overlaps() const { return deforming_ ? deforming_->overlaps() : std::vector<float>{}; }
   void restore_overlaps(const std::vector<float>& all) {

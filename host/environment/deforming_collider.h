@@ -12,6 +12,7 @@
 #include "host/environment/clamp_tunnelling.h"
 #include "host/environment/deforming_surface.h"
 #include "host/environment/object_motion.h"
+#include "host/measure/solver_stats.h"
 #include "host/mesh/vectors.h"
 #include "kernels/environment/deforming_contact.h"
 
@@ -144,6 +145,11 @@ class DeformingCollider {
   /// Largest number of particles in any substep so far for which there was no place between surfaces.
   int most_pinched() const { return most_pinched_; }
 
+  std::vector<DeformingStats> facts() const {
+    std::vector<DeformingStats> all;
+    for (const Object& o : objects_) all.push_back({o.spec().name, o.mesh.triangles, o.bytes()});
+    return all;
+  }
   std::size_t bytes() const {
     std::size_t sum = pinched_.bytes() + views_.bytes() + saved_displacements_.bytes();
     for (const Object& o : objects_) sum += o.bytes();

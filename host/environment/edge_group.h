@@ -25,7 +25,7 @@ class EdgeGroup {
       : executor_(executor),
         particles_(model.count()),
         bodies_(bodies),
-        motion_(objects[0]->spec.motion),
+        of_(*objects[0]),
         recovery_(R(recovery_share(model.scene.solver.dt / model.scene.solver.substeps))),
         contacts_(executor, model) {
     EdgeSurface surface = edge_surface(objects);
@@ -67,8 +67,8 @@ class EdgeGroup {
 
   /// Detects the contacts for x0 -> p, x0 the last positions without intersections; from `start` to `end` (s).
   void detect_contacts(const Particles<R>& particles, const ScatteredPoints<R>& x0, double start, double end) {
-    before_ = {pose_at(motion_, start), centre_};
-    after_ = {pose_at(motion_, end), centre_};
+    before_ = {pose_at(of_.spec.motion, start), centre_};
+    after_ = {pose_at(of_.spec.motion, end), centre_};
     Memory<Executor>::copy(particles.w, static_cast<std::size_t>(particles_), w_.data());
     parallel_for(executor_, particles_, StartLocal<R>{x0, before_, x_.points()});
     update_contacts(particles);
@@ -248,7 +248,7 @@ class EdgeGroup {
   Executor executor_;
   int particles_;
   Array<Executor, Simplex> bodies_;
-  std::vector<Keyframe> motion_;
+  const EnvironmentMesh& of_;  // any of the objects: they move alike, and the program may change how
   R recovery_;
   Vector3<double> centre_{};
   ObjectFrame before_{}, after_{};  // at the substep's start and end

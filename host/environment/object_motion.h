@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Where the vertices of environment objects are over time.
 #pragma once
+#include <memory>
 #include <vector>
 
 #include "host/attachments/pose.h"
@@ -10,7 +11,8 @@ namespace malha {
 
 /// Tells whether the vertices of an object move against each other.
 inline bool deforms(const EnvironmentMesh& object) { return object.spec.animation.has_value(); }
-/// Tells whether an object moves at all.
+/// Tells whether an object moves rigidly, and whether it moves at all.
+inline bool moves_rigidly(const EnvironmentMesh& object) { return !deforms(object) && !object.spec.motion.empty(); }
 inline bool moves(const EnvironmentMesh& object) { return deforms(object) || !object.spec.motion.empty(); }
 
 /// The vertices of an object at a time (s), in its frame and in the world, m.
@@ -19,5 +21,18 @@ std::vector<Vec3> points_at(const EnvironmentMesh& object, double time);
 
 /// The mesh of an object at a time, in the world.
 Mesh mesh_at(const EnvironmentMesh& object, double time);
+
+/// Some vertices of an object over time, without what the others cost.
+class SomeVertices {
+ public:
+  SomeVertices(const EnvironmentMesh& object, const std::vector<int>& vertices);
+  /// Where they are at a time (s) in the world, m.
+  std::vector<Vec3> at(double time) const;
+
+ private:
+  const EnvironmentMesh* object_;
+  std::vector<int> vertices_;
+  std::shared_ptr<const Animation> animation_;  // of these alone; null: none, or from code
+};
 
 }  // namespace malha

@@ -24,11 +24,11 @@ class ShapeCollider {
   ShapeCollider(const Executor& executor, const Model& model)
       : executor_(executor), groups_(static_cast<int>(groups_of(model.x.size()))) {
     for (const EnvironmentMesh& object : model.environment)
-      if (object.exact) specs_.push_back({object.spec, *object.exact});
+      if (object.exact) objects_.push_back(&object);
     const auto groups = static_cast<std::size_t>(groups_);
     first_ = Array<Executor, int>(groups, 0), blocks_ = Array<Executor, int>(groups, 0);
     used_ = Array<Executor, int>(1, 0), moved_ = Array<Executor, int>(1, 0);
-    shapes_ = Array<Executor, MovingShape>(specs_.size());
+    shapes_ = Array<Executor, MovingShape>(objects_.size());
     set_poses(0, 0);
   }
 
@@ -36,7 +36,7 @@ class ShapeCollider {
   void set_poses(double start, double end) {
     if (!present_.empty() && !moves()) return;
     present_.clear();
-    for (const auto& [spec, placed] : specs_) present_.push_back(moving_shape(placed, spec, start, end));
+    for (const EnvironmentMesh* one : objects_) present_.push_back(moving_shape(*one->exact, one->spec, start, end));
     shapes_.upload(present_);
   }
   void end_motion() {
@@ -49,9 +49,9 @@ class ShapeCollider {
     for (const MovingShape& shape : present_) motion.push_back(shape.motion);
   }
   bool moves() const {
-    return std::ranges::any_of(specs_, [](const auto& one) { return !one.first.motion.empty(); });
+    return std::ranges::any_of(objects_, [](const EnvironmentMesh* one) { return !one->spec.motion.empty(); });
   }
-  int objects() const { return static_cast<int>(specs_.size()); }
+  int objects() const { return static_cast<int>(objects_.size()); }
 
   void detect_contacts(const Particles<R>& particles) {
     if (update_ != OverlapUpdate::None) find_overlaps(particles);
@@ -68,7 +68,7 @@ class ShapeCollider {
     for_groups(RestituteShapeContacts<R>{view(particles), R(resting_speed), R(1 / h)});
   }
   bool bounces() const {
-    return std::ranges::any_of(specs_, [](const auto& one) { return one.first.restitution > 0; });
+    return std::ranges::any_of(objects_, [](const EnvironmentMesh* one) { return one->spec.restitution > 0; });
   }
   void clamp_restitution(const Particles<R>& particles) {
     end_motion();
@@ -102,7 +102,7 @@ class ShapeCollider {
 
   double max_penetration(const Particles<R>& particles, double time) const {
     std::vector<MovingShape> at;
-    for (const auto& [spec, placed] : specs_) at.push_back(moving_shape(placed, spec, time, time));
+    for (const EnvironmentMesh* one : objects_) at.push_back(moving_shape(*one->exact, one->spec, time, time));
     const Array<Executor, MovingShape> shapes(at);
     const MeasureDepthInShapes<R> kernel{particles, shapes.data(), objects()};
     return parallel_reduce<DepthInShapes>(executor_, particles.count, kernel).depth;
@@ -117,9 +117,9 @@ class ShapeCollider {
     ShapeMemory memory{update_, {}};
     const std::vector<int> block = overlap_blocks_.download();
     const std::vector<R> all = overlaps_.download();
-    for (std::size_t k = 0; !block.empty() && k < specs_.size(); ++k)
+    for (std::size_t k = 0; !block.empty() && k < objects_.size(); ++k)
       for (std::size_t i = 0; i < particles; ++i) {
-        const int b = block[i / kGroupSize * specs_.size() + k];
+        const int b = block[i / kGroupSize * objects_.size() + k];
         const double overlap = b < 0 ? 0 : all[static_cast<std::size_t>(b) * kGroupSize + i % kGroupSize];
         if (overlap > 0) memory.overlaps.push_back({static_cast<std::int64_t>(k * particles + i), overlap});
       }
@@ -127,10 +127,10 @@ class ShapeCollider {
   }
   void restore_state(const ShapeMemory& memory, std::size_t particles) {
     update_ = memory.update;
-    std::vector<int> flags(static_cast<std::size_t>(groups_) * specs_.size(), 0);
+    std::vector<int> flags(static_cast<std::size_t>(groups_) * objects_.size(), 0);
     const auto pair_block = [&](const OverlapRecord& of) {
       const auto pair = static_cast<std::size_t>(of.pair);
-      return pair % particles / kGroupSize * specs_.size() + pair / particles;
+      return pair % particles / kGroupSize * objects_.size() + pair / particles;
     };
     for (const OverlapRecord& of : memory.overlaps) flags[pair_block(of)] = 1;
     allocate_overlaps(flags);
@@ -166,7 +166,7 @@ class ShapeCollider {
     constexpr double kMostThicknesses = 2;
     const bool start = std::exchange(update_, OverlapUpdate::None) == OverlapUpdate::Start;
     overlap_blocks_ = {}, overlaps_ = {};
-    std::vector<int> flags(static_cast<std::size_t>(groups_) * specs_.size(), 0);
+    std::vector<int> flags(static_cast<std::size_t>(groups_) * objects_.size(), 0);
     const Array<Executor, int> found(flags);
     for_groups(FindOverlaps<R>{view(particles), found.data(), kMostThicknesses, start});
     flags = found.download();
@@ -184,9 +184,9 @@ class ShapeCollider {
   }
 
   Executor executor_;
-  std::vector<std::pair<EnvironmentSpec, PlacedShape>> specs_;
-  std::vector<MovingShape> present_;     // of the present substep
-  Array<Executor, MovingShape> shapes_;  // the same, for kernels
+  std::vector<const EnvironmentMesh*> objects_;  // of the model, whose motion the program may change
+  std::vector<MovingShape> present_;             // of the present substep
+  Array<Executor, MovingShape> shapes_;          // the same, for kernels
   Array<Executor, ShapeContacts<R>> contacts_;
   Array<Executor, int> first_, blocks_;  // see ShapeView
   Array<Executor, int> used_, moved_;    // single numbers

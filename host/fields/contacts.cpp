@@ -3,8 +3,8 @@
 
 #include <cmath>
 
-#include "host/attachments/pose.h"
 #include "host/base/parallel_tasks.h"
+#include "host/environment/object_motion.h"
 
 namespace malha {
 
@@ -46,29 +46,33 @@ std::optional<ContactPoint> touch(const PlacedShape& placed, const Point& a, dou
 }  // namespace
 
 Contacts::Contacts(const Model& model, int threads) : threads_(threads) {
-  if (mesh_count(model) > 0) device_.emplace();
+  if (shape_count(model) < model.environment.size()) device_.emplace();
   for (const EnvironmentMesh& object : model.environment) {
-    Object& added = objects_.emplace_back();
-    added.exact = object.exact, added.spec = object.spec;
-    if (!object.exact) added.surface.emplace(*device_, object.mesh);
+    std::optional<ClosestPointIndex>& surface = surfaces_.emplace_back();
+    if (is_rigid_mesh(object)) surface.emplace(*device_, object.mesh);
   }
 }
 
-std::vector<ContactPoint> Contacts::operator()(const std::vector<Vec3>& x, double time, double slack) const {
+std::vector<ContactPoint> Contacts::operator()(const std::vector<Vec3>& x,
+                                               const std::vector<EnvironmentMesh>& environment, double time,
+                                               double slack) const {
   std::vector<ContactPoint> all;
   const int chunks = static_cast<int>((x.size() + kChunk - 1) / kChunk);
   std::vector<std::vector<ContactPoint>> found(chunks);
-  for (std::size_t o = 0; o < objects_.size(); ++o) {
-    const Object& object = objects_[o];
-    const Pose pose = pose_at(object.spec.motion, time);
+  for (std::size_t o = 0; o < environment.size(); ++o) {
+    const EnvironmentMesh& object = environment[o];
+    std::optional<ClosestPointIndex> deformed;  // in the world
+    if (deforms(object)) deformed.emplace(*device_, mesh_at(object, time));
+    const ClosestPointIndex* const surface = deformed ? &*deformed : surfaces_[o] ? &*surfaces_[o] : nullptr;
+    const Pose pose = deformed ? Pose{} : pose_at(object.spec.motion, time);
     const double thickness = object.spec.thickness, reach = (1 + slack) * thickness;
     const auto look = [&](int chunk) {
       const std::size_t begin = std::size_t(chunk) * kChunk, end = std::min(x.size(), begin + kChunk);
       found[chunk].clear();
       for (std::size_t i = begin; i < end; ++i) {
         const Point a = to_local(pose, Point{x[i][0], x[i][1], x[i][2]});
-        std::optional<ContactPoint> one = object.exact ? touch(*object.exact, a, reach)
-                                                       : touch(*object.surface, object.spec.sides, a, thickness, reach);
+        std::optional<ContactPoint> one =
+            object.exact ? touch(*object.exact, a, reach) : touch(*surface, object.spec.sides, a, thickness, reach);
         if (!one) continue;
         const Point at = to_world(pose, Point{one->at[0], one->at[1], one->at[2]});
         const Point normal = rotate(pose, Point{one->normal[0], one->normal[1], one->normal[2]});

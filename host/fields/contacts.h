@@ -25,17 +25,14 @@ class Contacts {
 
   /// Returns the contacts of particles at x (m, the user's order) at `time` (s), sorted by object and particle. A
   /// particle touches an object within (1 + slack) times its thickness on either side of the surface: resting particles
-  /// lie at the thickness, except for rounding and the pull of their neighbours.
-  std::vector<ContactPoint> operator()(const std::vector<Vec3>& x, double time, double slack = 0.1) const;
+  /// lie at the thickness, except for rounding and the pull of their neighbours. `environment`: the model's, whose
+  /// motion the program may have changed.
+  std::vector<ContactPoint> operator()(const std::vector<Vec3>& x, const std::vector<EnvironmentMesh>& environment,
+                                       double time, double slack = 0.1) const;
 
  private:
-  struct Object {
-    std::optional<ClosestPointIndex> surface;  // of a mesh
-    std::optional<PlacedShape> exact;          // otherwise
-    EnvironmentSpec spec;
-  };
   std::optional<Device> device_;
-  std::deque<Object> objects_;  // a deque, because objects must not move in memory
+  std::deque<std::optional<ClosestPointIndex>> surfaces_;  // of objects that are rigid meshes
   int threads_;
 };
 

@@ -20,6 +20,7 @@ struct Measures {
   int edge_contacts = 0;                     ///< with edges and corners of the environment that pushed in it
   std::int64_t crossings = 0;                ///< edges that cross triangles of colliding bodies, if counted
   double penetration_max = 0;                ///< m, the largest depth below the surface of a solid
+  int max_pinched = 0;                       ///< particles without a place between deforming surfaces, in any substep
   std::int64_t degenerate = 0;               ///< projections skipped for lack of a gradient
   std::vector<double> volume_ratios;         ///< volume / rest volume of each body with pressure or tetrahedra
   bool has_tetrahedra = false;

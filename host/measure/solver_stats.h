@@ -83,6 +83,13 @@ struct ContactStats {
   std::size_t cell_bytes = 0;                 // of the meshes' lists of near triangles
 };
 
+/// An object of the environment that deforms.
+struct DeformingStats {
+  std::string name;
+  int triangles = 0;
+  std::size_t bytes = 0;
+};
+
 struct EdgeStats {
   int edges = 0, corners = 0;   // of the environment, that can touch
   std::int64_t candidates = 0;  // pairs that may come near in the next substeps, by the last broad phase
@@ -143,6 +150,7 @@ struct SolverStats {
   std::optional<FilterStats> filter;                     // Desbrun's, or that of PBD's bending
   std::optional<SelfStats> self;                         // of self-collision
   std::optional<ContactStats> contact;                   // with the environment
+  std::vector<DeformingStats> deforming;                 // its objects that deform
   std::optional<EdgeStats> edges;                        // with its edges and corners
   std::vector<UserConstraintStats> user_constraints;     // user constraints
   int free_bodies = 0;                                   // under Desbrun's method, with corrected momenta

@@ -23,7 +23,7 @@ std::int64_t auto_level_threshold(const SolverSpec& solver, bool elastic) {
 
 int levels_interval(const Model& model) {
   if (model.scene.solver.levels_interval > 0) return model.scene.solver.levels_interval;
-  const auto moves = [](const auto& pins) { return !pins.target.motion.empty(); };
+  const auto moves = [](const auto& pins) { return pins.target.has_motion(); };
   const bool driven =
       model.scene.wind || std::ranges::any_of(model.moved, moves) || std::ranges::any_of(model.attached, moves);
   return driven ? 1 : 2;

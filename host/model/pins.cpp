@@ -125,7 +125,10 @@ class BoundaryConditionBuilder {
 
   void add_attachment(const Attachment& spec, const std::string& here) {
     Target target{spec.point, spec.motion, spec.environment};
-    if (!spec.environment.empty()) target.motion = environment(spec.environment, here + "/to/environment").motion;
+    if (!spec.environment.empty()) {
+      const EnvironmentSpec& object = environment(spec.environment, here + "/to/environment");
+      target.motion = object.motion, target.deforms = object.animation.has_value();
+    }
     std::vector<int> particles = select(spec.at, here + "/at", "an attachment of a particle");
     const bool rigid = spec.compliance.value_or(spec.stiffness == 1 ? 0 : 1) == 0;
     if (rigid) return add_pin(here, std::move(target), spec.release_time, std::move(particles));

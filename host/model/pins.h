@@ -10,12 +10,14 @@
 
 namespace malha {
 
-/// The target positions of pinned or attached particles, which move rigidly.
+/// The target positions of pinned or attached particles, which move rigidly or with the surface of an object.
 struct Target {
   std::optional<Vec3> point;     // m, one for all at the start; none: the position of each particle at the start
   std::vector<Keyframe> motion;  // that of the environment object, if there is one, otherwise relative to the start
   std::string environment;       // object in whose frame the targets are fixed; "": none
-  bool moves() const { return point || !motion.empty(); }
+  bool deforms = false;          // the object deforms: each target follows the triangle closest to it at the start
+  bool has_motion() const { return deforms || !motion.empty(); }
+  bool moves() const { return point || has_motion(); }
 };
 
 /// Particles of a pin that moves or is released, or of a rigid attachment, which acts like one.

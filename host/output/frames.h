@@ -28,7 +28,9 @@ struct FrameTopology {
   std::span<const EnvironmentMesh> environment{};  // used by "glb" alone; it must outlive the writer
 };
 
-/// Throws InputError if a "glb" file cannot hold this many frames of this many points.
+/// Number of vertices of objects that deform, of which "glb" stores displacements as it does those of bodies.
+std::size_t deforming_vertices(std::span<const EnvironmentMesh> environment);
+/// Throws InputError if a "glb" file cannot hold this many frames of this many points, those of such objects included.
 void check_glb(const Scene& scene, std::size_t points, std::int64_t frames);
 
 class FrameFormat;  // host/output/frame_formats.h

@@ -7,10 +7,10 @@
 #include <limits>
 #include <stdexcept>
 
-#include "host/attachments/pose.h"
 #include "host/base/file.h"
 #include "host/base/mapped_file.h"
 #include "host/base/memory_size.h"
+#include "host/environment/object_motion.h"
 #include "host/output/frame_formats.h"
 #include "host/output/glb.h"
 #include "malha/error.h"
@@ -22,30 +22,27 @@ namespace fs = std::filesystem;
 
 namespace {
 
-bool moves(const EnvironmentMesh& object) { return !object.spec.motion.empty(); }
-
 class Glb : public FrameFormat {
  public:
   Glb(const fs::path& folder, const FrameTopology& topology, int next)
       : path_(folder / "run.glb"),
         topology_(topology),
-        part_(path_, topology.rest.size(), static_cast<std::size_t>(std::ranges::count_if(topology.environment, moves)),
-              next) {
+        part_(path_, topology.rest.size() + deforming_vertices(topology.environment),
+              static_cast<std::size_t>(std::ranges::count_if(topology.environment, moves_rigidly)), next) {
     for (std::size_t b = 0; b < topology.bodies.size(); ++b)
       bodies_.push_back(centred(points_of(topology, b, topology.rest)));
-    for (const EnvironmentMesh& object : topology.environment)
-      if (moves(object)) moving_.push_back({&object.spec.motion, centred(object.mesh.points).middle});
+    for (const EnvironmentMesh& object : topology.environment) {
+      if (moves_rigidly(object)) moving_.push_back({&object.spec.motion, centred(object.mesh.points).middle});
+      if (deforms(object)) deforming_.push_back({&object, centred(object.mesh.points)});
+    }
   }
 
   void write(const Frame& frame) override {
     numbers_.assign(1, static_cast<float>(frame.time));
     for (const Moving& object : moving_) add_pose(object, frame.time);
-    for (std::size_t b = 0; b < bodies_.size(); ++b) {
-      const auto points = points_of(topology_, b, frame.points);
-      for (std::size_t i = 0; i < points.size(); ++i)
-        for (std::size_t k = 0; k < 3; ++k)
-          numbers_.push_back(static_cast<float>(points[i][k] - bodies_[b].middle[k] - bodies_[b].points[i][k]));
-    }
+    for (std::size_t b = 0; b < bodies_.size(); ++b)
+      add_displacements(points_of(topology_, b, frame.points), bodies_[b]);
+    for (const auto& [object, base] : deforming_) add_displacements(points_at(*object, frame.time), base);
     part_.write(numbers_);
   }
 
@@ -59,6 +56,17 @@ class Glb : public FrameFormat {
     const std::vector<Keyframe>* motion;
     Float3 middle;
   };
+
+  struct Deforming {
+    const EnvironmentMesh* object;
+    CentredPoints base;
+  };
+
+  void add_displacements(std::span<const Vec3> points, const CentredPoints& base) {
+    for (std::size_t i = 0; i < points.size(); ++i)
+      for (std::size_t k = 0; k < 3; ++k)
+        numbers_.push_back(static_cast<float>(points[i][k] - base.middle[k] - base.points[i][k]));
+  }
 
   void add_pose(const Moving& object, double time) {
     const Pose pose = pose_at(*object.motion, time);
@@ -96,10 +104,18 @@ class Glb : public FrameFormat {
   GlbPart part_;
   std::vector<CentredPoints> bodies_;
   std::vector<Moving> moving_;
+  std::vector<Deforming> deforming_;
   std::vector<float> numbers_;  // of the last frame; kept, because new memory pages cost more than the copies
 };
 
 }  // namespace
+
+std::size_t deforming_vertices(std::span<const EnvironmentMesh> environment) {
+  std::size_t sum = 0;
+  for (const EnvironmentMesh& object : environment)
+    if (deforms(object)) sum += object.mesh.points.size();
+  return sum;
+}
 
 void check_glb(const Scene& scene, std::size_t points, std::int64_t frames) {
   constexpr double kMostFrames =

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <cstdio>
 
-#include "host/attachments/pose.h"
 #include "host/base/file.h"
+#include "host/environment/object_motion.h"
 #include "host/model/tear.h"
 #include "host/output/choose_camera.h"
 
@@ -38,12 +38,9 @@ Drawing draw_body(const Model& model, const std::vector<Vec3>& positions, int bo
 }  // namespace
 
 Drawing draw_environment(const EnvironmentMesh& mesh, double time) {
-  const Pose pose = pose_at(mesh.spec.motion, time);
+  const std::vector<Vec3> points = points_at(mesh, time);
   Drawing drawing;
-  for (const Vec3& local : mesh.mesh.points) {
-    const Vector3<double> x = to_world(pose, {local[0], local[1], local[2]});
-    drawing.points.push_back({float(x.x), float(x.y), float(x.z)});
-  }
+  drawing.points = to_float(points, 0, static_cast<int>(points.size()));
   add_faces(drawing, mesh.mesh.faces);
   drawing.wire = false;
   drawing.colour = stone_colour();

@@ -16,11 +16,11 @@ namespace malha {
 inline constexpr int kPoseNumbers = 7;  // of a pose: a translation and a quaternion x y z w
 
 /// Header of the part file, and of the binary chunk of every .glb that malha writes, so that a run can resume from
-/// either. The frames follow, each of floats: its time (s), the poses of moving objects, and the displacement of each
-/// vertex from the base mesh (m).
+/// either. The frames follow, each of floats: its time (s), the poses of rigid objects that move, and the displacement
+/// of each vertex of bodies and of objects that deform from the base mesh (m).
 struct GlbHeader {
   char signature[8];
-  std::int32_t vertices, moving;  // objects that move
+  std::int32_t vertices, moving;  // objects that move rigidly
   std::int32_t first, count;      // frames
 
   std::size_t numbers() const {  // of a frame

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "host/base/build_info.h"
+#include "host/environment/object_motion.h"
 #include "host/output/frame_formats.h"
 #include "host/output/glb.h"
 #include "host/render/picture.h"
@@ -213,28 +214,38 @@ class Writer {
     return model_.scenes[0].nodes.back();
   }
 
+  /// Adds a node whose vertices are displaced in every frame; `begin` is the number of its first vertex.
+  void add_deforming_node(const std::string& name, const CentredPoints& at_start, const Elements& elements,
+                          std::size_t begin, const Float3& colour) {
+    std::vector<int> targets;
+    for (int k = 0; k < header_.count; ++k)
+      targets.push_back(points(frame_view_[static_cast<std::size_t>(k)], 12 * begin,
+                               frame(k) + header_.numbers() - 3 * vertices() + 3 * begin, at_start.points.size()));
+    animate(add_node(name, at_start, elements, targets, colour), "weights", weights_);
+  }
+
   void add_bodies() {
     const std::vector<Elements> elements = elements_by_body(topology_);
-    for (std::size_t b = 0; b < topology_.bodies.size(); ++b) {
-      const CentredPoints at_start = centred(points_of(topology_, b, topology_.rest));
-      const std::size_t begin = 3 * static_cast<std::size_t>(topology_.bodies[b].begin);
-      std::vector<int> targets;
-      for (int k = 0; k < header_.count; ++k)
-        targets.push_back(points(frame_view_[static_cast<std::size_t>(k)], 4 * begin,
-                                 frame(k) + header_.numbers() - 3 * vertices() + begin, at_start.points.size()));
-      const int node = add_node(printable(topology_.bodies[b].name), at_start, elements[b], targets,
-                                body_colour(static_cast<int>(b)));
-      animate(node, "weights", weights_);
-    }
+    for (std::size_t b = 0; b < topology_.bodies.size(); ++b)
+      add_deforming_node(printable(topology_.bodies[b].name), centred(points_of(topology_, b, topology_.rest)),
+                         elements[b], static_cast<std::size_t>(topology_.bodies[b].begin),
+                         body_colour(static_cast<int>(b)));
   }
 
   void add_environment() {
-    std::size_t moving = 0;
+    std::size_t moving = 0, begin = topology_.rest.size();
     for (const EnvironmentMesh& object : topology_.environment) {
       Elements elements;
       for (const Quad& face : object.mesh.faces) add_triangles(elements.triangles, face, 0);
-      const int node = add_node(printable(object.spec.name), centred(object.mesh.points), elements, {}, stone_colour());
-      if (!object.spec.motion.empty()) add_motion(node, 1 + kPoseNumbers * moving++);
+      const std::string name = printable(object.spec.name);
+      const CentredPoints at_start = centred(object.mesh.points);
+      if (deforms(object)) {
+        add_deforming_node(name, at_start, elements, begin, stone_colour());
+        begin += at_start.points.size();
+        continue;
+      }
+      const int node = add_node(name, at_start, elements, {}, stone_colour());
+      if (moves_rigidly(object)) add_motion(node, 1 + kPoseNumbers * moving++);
     }
   }
 

@@ -4,11 +4,12 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <utility>
 
-#include "host/attachments/pose.h"
 #include "host/base/build_info.h"
 #include "host/base/file.h"
+#include "host/environment/object_motion.h"
 #include "host/model/model.h"
 #include "host/output/page_parts.h"
 #include "host/render/picture.h"
@@ -87,21 +88,15 @@ Json environment(const Model& model) {
                    {"count", object.mesh.points.size()},
                    {"faces", text_of(object.mesh.faces)},
                    {"face_count", object.mesh.faces.size()},
-                   {"moves", !object.spec.motion.empty()}});
+                   {"deforms", deforms(object)}});
   return all;
 }
 
-/// Encodes the poses of moving objects: the rows of a rotation and a translation (m).
-Json poses(const Model& model, double time) {
-  Json all = Json::array();
-  for (const EnvironmentMesh& object : model.environment) {
-    if (object.spec.motion.empty()) continue;
-    const Pose pose = pose_at(object.spec.motion, time);
-    Json numbers(pose.r);
-    for (const double t : {pose.t.x, pose.t.y, pose.t.z}) numbers.push_back(t);
-    all.push_back(numbers);
-  }
-  return all;
+/// Encodes a pose: the rows of a rotation and a translation (m).
+Json json_of(const Pose& pose) {
+  Json numbers(pose.r);
+  for (const double t : {pose.t.x, pose.t.y, pose.t.z}) numbers.push_back(t);
+  return numbers;
 }
 
 Json json_of(const Measures& m) {
@@ -227,14 +222,20 @@ void Page::store_frame(double step_ms) {
   Frame& frame = frames_.emplace_back();
   frame.step = simulation_.steps(), frame.time = simulation_.time(), frame.step_ms = step_ms;
   frame.mesh = meshes_.size() - 1, frame.points = packed(x), frame.measures = simulation_.measure();
+  const std::vector<EnvironmentMesh>& environment = simulation_.model().environment;
+  for (std::size_t e = 0; e < environment.size(); ++e) {
+    if (deforms(environment[e])) frame.deformed.push_back(packed(points_at(environment[e], frame.time)));
+    if (moves_rigidly(environment[e])) frame.placed.push_back({e, pose_at(environment[e].spec.motion, frame.time)});
+  }
   if (residuals_) frame.residual = packed((*residuals_)(x));
-  if (contacts_) frame.touches = packed((*contacts_)(x, frame.time));
+  if (contacts_) frame.touches = packed((*contacts_)(x, environment, frame.time));
   if (forces_) frame.forces = packed((*forces_)(x, frame.time));
 }
 
 std::size_t Page::Frame::bytes() const {
   constexpr std::size_t kRest = 800;  // approximate bytes of measures, poses and field names
   std::size_t packed = points.data.size();
+  for (const PackedPoints& object : deformed) packed += object.data.size() + kRest / 4;
   if (residual) packed += residual->data.size();
   if (touches) packed += touches->particles.size() + touches->ways.size();
   if (forces) packed += forces->particles.size() + forces->forces.data.size() + kRest / 4;
@@ -280,6 +281,16 @@ void Page::write(const std::filesystem::path& path, const std::string& report,
   const Model& model = simulation_.model();
   Json frames = Json::array(), bodies = Json::array();
   double rounding = 0;
+  std::set<std::size_t> moving;  // objects with a pose in every frame, because they move in one at least
+  for (const Frame& frame : frames_)
+    for (const PlacedObject& one : frame.placed) moving.insert(one.object);
+  const auto poses = [&](const Frame& frame) {
+    Json all = Json::array();
+    auto placed = frame.placed.begin();
+    for (const std::size_t object : moving)
+      all.push_back(json_of(placed != frame.placed.end() && placed->object == object ? (placed++)->pose : Pose{}));
+    return all;
+  };
   for (const Frame& frame : frames_) {
     rounding = std::max(rounding, frame.points.rounding());
     frames.push_back({{"step", frame.step},
@@ -287,8 +298,9 @@ void Page::write(const std::filesystem::path& path, const std::string& report,
                       {"step_ms", frame.step_ms},
                       {"mesh", frame.mesh},
                       {"points", json_of(frame.points)},
-                      {"poses", poses(model, frame.time)},
+                      {"poses", poses(frame)},
                       {"measures", json_of(frame.measures)}});
+    for (const PackedPoints& object : frame.deformed) frames.back()["deformed"].push_back(json_of(object));
     if (frame.residual)
       frames.back()["residual"] = {{"most", frame.residual->most}, {"data", base64(frame.residual->data)}};
     if (frame.touches) frames.back()["touches"] = json_of(*frame.touches);
@@ -296,8 +308,8 @@ void Page::write(const std::filesystem::path& path, const std::string& report,
   }
   for (std::size_t b = 0; b < model.scene.bodies.size(); ++b)
     bodies.push_back({{"name", model.scene.bodies[b].name}, {"colour", body_colour(static_cast<int>(b))}});
-  Json run{{"malha", version()}, {"every", every_},      {"rounding", rounding},         {"bodies", bodies},
-           {"frames", frames},   {"warnings", warnings}, {"report", Json::parse(report)}};
+  Json run{{"malha", version()}, {"every", every_},  {"rounding", rounding}, {"bodies", bodies},
+           {"frames", frames},   {"moving", moving}, {"warnings", warnings}, {"report", Json::parse(report)}};
   if (const auto& picture = model.scene.outputs.picture; picture && picture->camera)
     run["camera"] = {{"eye", picture->camera->eye},
                      {"target", picture->camera->target},

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "host/attachments/pose.h"
 #include "host/fields/fields.h"
 #include "host/output/page_pack.h"
 #include "malha/simulation.h"
@@ -32,11 +33,17 @@ class Page {
              const std::vector<std::string>& warnings) const;
 
  private:
+  struct PlacedObject {
+    std::size_t object;  // in the environment
+    Pose pose;
+  };
   struct Frame {
     std::int64_t step;
     double time, step_ms;
     std::size_t mesh;  // index in meshes_
     PackedPoints points;
+    std::vector<PlacedObject> placed;      // objects that move rigidly
+    std::vector<PackedPoints> deformed;    // points of each object that deforms, m
     std::optional<PackedValues> residual;  // by particle, m
     std::optional<PackedContacts> touches;
     std::optional<PackedForces> forces;

@@ -32,6 +32,7 @@ void add_material(Json& json, const Set& set) {
 
 void add_target(Json& json, const Target& target, const std::optional<double>& release_time) {
   if (!target.environment.empty()) json["environment"] = target.environment;
+  if (target.deforms) json["follows_triangles"] = true;
   if (target.point) json["to_point"] = true;
   if (!target.motion.empty()) json["keyframes"] = target.motion.size();
   if (release_time) json["release_time_s"] = *release_time;
@@ -102,6 +103,9 @@ void add_optional_parts(Json& json, const Model& model, const SolverStats& facts
                               {"triangles", self->triangles},
                               {"thickness_m", scene.self_collision->thickness},
                               {"friction", scene.self_collision->friction}};
+  for (const DeformingStats& object : facts.deforming)
+    json["deforming_objects"].push_back(
+        {{"name", object.name}, {"triangles", object.triangles}, {"bytes", object.bytes}});
   if (const auto& edges = facts.edges)
     json["environment_edges"] = {{"edges", edges->edges}, {"corners", edges->corners}, {"bytes", edges->bytes}};
 }

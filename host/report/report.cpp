@@ -152,6 +152,7 @@ Json measured(const Measures& m, const Scene& scene, const SolverStats& facts, c
   json["speed_max_m_per_s"] = m.speed_max;
   json["contacts"] = m.contacts;
   json["penetration_max_m"] = m.penetration_max;
+  if (!facts.deforming.empty()) json["max_pinched"] = m.max_pinched;
   if (self_collision) json["self_contacts"] = m.self_contacts;
   if (edges) json["edge_contacts"] = m.edge_contacts;
   if (self_collision || edges) {

@@ -183,7 +183,9 @@ void check_frames(const Simulation& simulation, std::int64_t last, std::optional
   const std::int64_t every = scene.outputs.every;
   if (every == 0 || std::ranges::count(scene.outputs.formats, "glb") == 0) return;
   const std::int64_t more = last / every - simulation.steps() / every;
-  check_glb(scene, FrameVertices(simulation.model().render_mesh).count(), before.value_or(1) + more);
+  const Model& model = simulation.model();
+  const std::size_t vertices = FrameVertices(model.render_mesh).count() + deforming_vertices(model.environment);
+  check_glb(scene, vertices, before.value_or(1) + more);
 }
 
 RunResult run(const Scene& scene, const SimulationOptions& simulation_options, const RunOptions& options,

@@ -109,15 +109,47 @@ struct Simulation::Parts {
     return now == *pins_at_start ? hash_of_scene() : hash_bytes(now.data(), now.size() * sizeof(int), hash_of_scene());
   }
 
-  /// The environment object of this name. `call`: that asks for it, for messages.
-  EnvironmentMesh& object_named(const std::string& name, const char* call) const {
+  /// The number of the environment object of this name. `call`: that asks for it, for messages.
+  std::size_t index_of(const std::string& name, const char* call) const {
     std::vector<std::string> names;
-    for (EnvironmentMesh& object : model().environment) {
-      if (object.spec.name == name) return object;
+    for (const EnvironmentMesh& object : model().environment) {
+      if (object.spec.name == name) return names.size();
       names.push_back(object.spec.name);
     }
     refuse(call, "", "unknown environment object '" + name + "'" + did_you_mean(name, names),
            names.empty() ? "one of the scene's environment, which has none" : join(names));
+  }
+
+  /// Tells whether the layout relies on the rest of an object: what is attached to it is pinned, and the edges of
+  /// objects at rest are searched together.
+  bool rests_in_layout(std::size_t index) const {
+    const EnvironmentSpec& object = model().scene.environment[index];
+    if (moves(model().environment[index])) return false;
+    const auto is_attached = [&object](const BodySpec& body) {
+      return std::ranges::any_of(body.attachments,
+                                 [&object](const Attachment& one) { return one.environment == object.name; });
+    };
+    const auto rests_with_edges = [](const EnvironmentSpec& one) { return one.edges && one.motion.empty(); };
+    return std::ranges::any_of(model().scene.bodies, is_attached) ||
+           (object.edges && std::ranges::count_if(model().scene.environment, rests_with_edges) > 1);
+  }
+  /// Sets the motion of an object, and of what is attached to it.
+  void set_motion(std::size_t index, const std::vector<Keyframe>& motion) const {
+    EnvironmentSpec& object = model().scene.environment[index];
+    object.motion = model().environment[index].spec.motion = motion;
+    const auto set = [&](auto& all) {
+      for (auto& one : all)
+        if (one.target.environment == object.name) one.target.motion = motion;
+    };
+    set(model().moved), set(model().attached);
+  }
+  /// Rebuilds for the first motion of an object on whose rest the layout relies.
+  void lay_out_with_motion(std::size_t index, const std::vector<Keyframe>& motion) {
+    Scene moving = model().scene;
+    moving.environment[index].motion = motion;
+    Model made = splits().empty() ? read_model(moving) : torn_model(moving, splits());
+    made.environment[index].spec.motion = motion;
+    rebuild_with_same_particles(std::move(made));
   }
 
   /// Reads the meshes of a scene, and lays them out as they start.
@@ -168,8 +200,9 @@ struct Simulation::Parts {
     swap_in(std::move(next));
   }
   /// Rebuilds with a model of the same particles. They keep their state, and those that are not pinned their handles.
-  void rebuild_with_same_particles(Model model) {
-    rebuild({std::move(model), splits(), [this](const Layout& next) {
+  void rebuild_with_same_particles(Model made) {
+    for (std::size_t e = 0; e < made.environment.size(); ++e) made.environment[e].set = model().environment[e].set;
+    rebuild({std::move(made), splits(), [this](const Layout& next) {
                next.set_state(solver().steps(), solver().positions(), solver().velocities());
                const std::vector<int> pins = static_pins(next.model);
                for (const ParticleHandle& one : solver().taken())
@@ -349,24 +382,36 @@ void Simulation::set_wind(const Vec3& velocity) {
 void Simulation::set_pose(const std::string& object, const RigidPose& pose) {
   require_numbers("set_pose", {pose.translate, pose.axis, {pose.degrees, 0, 0}}, 3, "one pose");
   if (!(norm(pose.axis) > 0)) refuse("set_pose", "", "an axis of length zero", "a direction");
-  EnvironmentMesh& moved = parts_->object_named(object, "set_pose");
+  const std::size_t index = parts_->index_of(object, "set_pose");
+  const bool needs_layout = parts_->rests_in_layout(index);
+  const NextMotion next = parts_->solver().next_motion();
+  if (needs_layout && next.in_step)
+    refuse("set_pose", "", "the first motion of '" + object + "' in a callback",
+           "a first call between two steps, because bodies are attached to it, or others with \"edges\" rest with it");
   parts_->hash_of_scene();
-  const double now = time(), end = now + parts_->model().scene.solver.dt;
-  std::vector<Keyframe>& motion = moved.spec.motion;
-  motion = {keyframe_at(motion, now), {end, pose.translate, pose.axis, pose.degrees}};
+  const std::vector<Keyframe>& before = parts_->model().environment[index].spec.motion;
+  const bool at_end = !before.empty() && next.start >= before.back().time;
+  Keyframe from = at_end ? before.back() : keyframe_at(before, next.start);
+  from.time = next.start;
+  Keyframe to{next.end, pose.translate, pose.axis, pose.degrees};
   // About one axis the number of turns counts: the nearest one is the shortest way.
-  motion[1].degrees += 360 * std::round((motion[0].degrees - pose.degrees) / 360);
+  to.degrees += 360 * std::round((from.degrees - pose.degrees) / 360);
+  std::vector<Keyframe> motion{from, to};
+  // What is attached to the object has its place by the pose at the start.
+  if (next.start > 0) motion.insert(motion.begin(), keyframe_at(before, 0));
+  if (needs_layout) return parts_->lay_out_with_motion(index, motion);
+  parts_->set_motion(index, motion);
   parts_->solver().change_environment();
 }
 void Simulation::set_vertices(const std::string& object, const std::vector<Vec3>& positions) {
-  EnvironmentMesh& moved = parts_->object_named(object, "set_vertices");
+  EnvironmentMesh& moved = parts_->model().environment[parts_->index_of(object, "set_vertices")];
   if (!moved.spec.animation || !moved.spec.animation->from_code)
     refuse("set_vertices", "", "the object '" + object + "', whose vertices the scene moves",
            "one with \"animation\": \"from_code\"");
   const std::vector<int> point = points_of_vertices(moved.mesh.vertices, static_cast<int>(moved.mesh.points.size()));
   require_numbers("set_vertices", positions, point.size(), "one a vertex of the object");
-  const double now = time();
-  SetVertices next{points_in_frame(moved, now), moved.mesh.points, now, now + parts_->model().scene.solver.dt};
+  const NextMotion motion = parts_->solver().next_motion();
+  SetVertices next{points_in_frame(moved, motion.start), moved.mesh.points, motion.start, motion.end};
   for (std::size_t v = 0; v < point.size(); ++v)
     if (point[v] >= 0) next.to[static_cast<std::size_t>(point[v])] = positions[v];
   moved.set = std::move(next);

@@ -63,6 +63,9 @@ std::string summary(const Simulation& simulation) {
     text += "asleep      " + (sleep->particles > 0 ? "since " + shown(sleep->since) + " s" : std::string("no")) + "\n";
   if (!model.environment.empty())
     text += "contacts    " + std::to_string(m.contacts) + ", penetration " + brief(m.penetration_max) + " m max\n";
+  if (m.max_pinched > 0)
+    text += "pinched     up to " + counted(m.max_pinched, "particle") +
+            " at a time found no place between moving surfaces, and moved with the nearest one\n";
   const bool edges = simulation.solver().facts().edges.has_value(), self = model.scene.self_collision.has_value();
   if (edges || self)
     text += "crossings   " + std::to_string(m.crossings) + ", at most " +

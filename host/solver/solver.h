@@ -26,6 +26,12 @@ struct SleepStats {
   double since = 0;   // s, the time from which on they have been, if any are
 };
 
+/// A time in which an object moves.
+struct NextMotion {
+  double start, end;  // s
+  bool in_step;       // it begins within a step
+};
+
 class Solver {
  public:
   virtual ~Solver() = default;
@@ -66,6 +72,8 @@ class Solver {
   virtual void change_gravity() = 0;
   /// Must be called after the velocity of the model's wind, which it has, has changed.
   virtual void change_wind() = 0;
+  /// The motion that the program gives an object now: during the next step, or, in a callback, during the next substep.
+  virtual NextMotion next_motion() const = 0;
   /// Must be called after the motion or the vertices of an environment object have changed.
   virtual void change_environment() = 0;
   /// Adds user constraints (user indices), once, before the first step.

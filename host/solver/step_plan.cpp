@@ -58,7 +58,7 @@ std::string_view name_of(Recorded recorded) { return recorded == Recorded::Steps
 StepFeatures step_features(const Model& model, bool levels) {
   const Scene& scene = model.scene;
   const DesbrunSpec& desbrun = scene.solver.desbrun;
-  const auto changes = [](const AttachmentSet& set) { return !set.target.motion.empty() || set.release_time; };
+  const auto changes = [](const AttachmentSet& set) { return set.target.has_motion() || set.release_time; };
   const auto moves = [](const EnvironmentMesh& mesh) { return malha::moves(mesh); };
   StepFeatures has;
   has.position_based = scene.solver.type == "pbd";

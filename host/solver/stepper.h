@@ -146,12 +146,19 @@ class TimeStepper : public Solver {
     energy_guard_.add_driven_speed(norm(model_.scene.wind->velocity));
     wake();
   }
+  NextMotion next_motion() const final {
+    if (!substep_callback_) return {time(), time_at(model_.scene.solver.substeps), false};
+    return {time_at(substep_ + 1), time_at(substep_ + 2), true};
+  }
   void change_environment() final {
-    max_object_speed_ = self_ ? fastest_object(model_, model_.scene.solver.dt / model_.scene.solver.substeps) : 0;
-    energy_guard_.add_driven_speed(fastest_object(model_, model_.scene.solver.dt));
+    const double h = model_.scene.solver.dt / model_.scene.solver.substeps;
+    max_object_speed_ = self_ ? std::max(fastest_object(model_, h), fastest_vertex_) : 0;
+    note_driven_speed(fastest_object(model_, h));
     crossings_step_ = -1;
     if (sleeper_) sleeper_->change_environment(model_);
-    set_features(step_features(model_, features_.levels)), wake();
+    features_ = step_features(model_, features_.levels);
+    if (!substep_callback_) plan_ = plan_step(features_, interaction_);  // one with a callback stays as it is
+    wake();
   }
   void add_user_constraints(const std::vector<UserConstraint>& all) final {
     user_constraints_.emplace(executor_, model_, all);
@@ -209,6 +216,7 @@ class TimeStepper : public Solver {
     if (collider_) {
       m.contacts = collider_->contacts();
       m.penetration_max = collider_->max_penetration(particles(), time());
+      m.max_pinched = collider_->most_pinched();
     }
     if (self_) m.self_contacts = self_->contacts();
     if (edges_) m.edge_contacts = edges_->contacts();
@@ -369,11 +377,7 @@ class TimeStepper : public Solver {
   void run(Stage stage, double h) {
     const Particles<R> all = particles();
     const double start = time() + substep_ * h, end = start + h;
-    // The same times as at the ends of steps.
-    const auto at = [&](int s) {
-      const SolverSpec& solver = model_.scene.solver;
-      return (steps_ + double(s) / solver.substeps) * solver.dt;
-    };
+    const auto at = [this](int s) { return time_at(s); };
     switch (stage) {
       case Stage::MovePins:
         return timed(Pass::Pins, [&] { move_kinematic_pins(at(substep_), at(substep_ + 1)); });
@@ -573,8 +577,18 @@ class TimeStepper : public Solver {
   void note_speed_of_vertices() {
     const double speed = collider_->fastest_vertex();
     if (!(speed > fastest_vertex_)) return;
-    energy_guard_.add_driven_speed(speed), fastest_vertex_ = speed;
+    fastest_vertex_ = speed, note_driven_speed(speed);
     max_object_speed_ = std::max(max_object_speed_, speed);
+  }
+  /// Accounts for objects that move at a speed (m/s) from now on, once for all that are as fast.
+  void note_driven_speed(double speed) {
+    if (!(speed > fastest_driven_)) return;
+    fastest_driven_ = speed, energy_guard_.add_driven_speed(speed);
+  }
+  /// The time at the start of a substep of this step, counted from 0: the same at the ends of steps.
+  double time_at(int substep) const {
+    const SolverSpec& solver = model_.scene.solver;
+    return (steps_ + double(substep) / solver.substeps) * solver.dt;
   }
   void note_collision() {
     facts_.collision_bytes = bytes_of(collider_) + bytes_of(self_) + bytes_of(edges_) + bytes_of(kinematic_);
@@ -593,6 +607,7 @@ class TimeStepper : public Solver {
   const Model& model_;
   double gravity_, max_object_speed_ = 0;    // m/s^2; m/s, of moving environment objects
   double fastest_vertex_ = 0;                // m/s, of deforming meshes, so far
+  double fastest_driven_ = 0;                // m/s, of objects whose motion was not known at the start
   PointArray<Executor, R> x_, v_, d_, low_;  // see Particles
   std::optional<Sweep<Executor, R>> sweep_;
   std::vector<Pressure<Executor, R>> pressures_;
@@ -699,6 +714,7 @@ class TimeStepper : public Solver {
     for (const auto& pressure : pressures_) facts_.constraint_bytes += pressure.bytes();
     facts_.pressure_launches = 4 * pressures_.size(), facts_.pressure_starts = 3 * pressures_.size();
     note_collision();
+    if (collider_) facts_.deforming = collider_->deforming();
     facts_.projections_per_step = projections * model_.scene.solver.substeps * model_.scene.solver.iterations;
   }
 

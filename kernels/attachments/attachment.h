@@ -27,12 +27,12 @@ template <class R>
 struct ArriveAtTarget {
   Particles<R> particles;
   const int* list;
-  const Vector3<double>* start;
+  const Vector3<double>*from, *to;  // m, in the frames of the poses; the same array for targets that move rigidly
   Pose before, end;
   double per_dt;  // 1 / h of the substep, 1/s
   KERNEL void operator()(int k) const {
-    particles.p.set_start(list[k], to_world(end, start[k]));
-    particles.v.set(list[k], rounded<R>((to_world(end, start[k]) - to_world(before, start[k])) * per_dt));
+    particles.p.set_start(list[k], to_world(end, to[k]));
+    particles.v.set(list[k], rounded<R>((to_world(end, to[k]) - to_world(before, from[k])) * per_dt));
   }
 };
 

@@ -43,7 +43,7 @@ TEST(FieldsOfContacts, FindWhatIsWithinTheThickness) {
                             {0.5 + 0.7 * d, 0.5 + 0.7 * d, 0},   // beside an edge
                             {0.1, 0.5 - 0.5 * d, 0.2},           // inside
                             {0.5 + 0.8 * d, 0.5 + 0.8 * d, 0}};  // 1.13 thicknesses from the edge
-  const std::vector<ContactPoint> all = Contacts(simulation.model())(x, 0);
+  const std::vector<ContactPoint> all = Contacts(simulation.model())(x, simulation.model().environment, 0);
   ASSERT_EQ(all.size(), 4u);
   const int particles[] = {0, 2, 3, 4};
   const double distances[] = {d, 0.5 * d, 0.7 * d / s, -0.5 * d};
@@ -65,7 +65,7 @@ TEST(FieldsOfContacts, OfSheetsHaveTheSideThatCounts) {
   for (const Sides sides : {Sides::OneSided, Sides::TwoSided}) {
     const Simulation simulation = world(4, {table(sides)});
     const bool one = sides == Sides::OneSided;
-    const std::vector<ContactPoint> all = Contacts(simulation.model())(x, 0);
+    const std::vector<ContactPoint> all = Contacts(simulation.model())(x, simulation.model().environment, 0);
     ASSERT_EQ(all.size(), one ? 3u : 4u);
     expect_point(all[0].normal, {0, one ? 1.0 : -1.0, 0});
     EXPECT_NEAR(all[0].distance, (one ? -0.5 : 0.5) * kThick, 1e-12);
@@ -82,17 +82,17 @@ TEST(FieldsOfContacts, MoveWithTheirObjects) {
   const Simulation simulation = world(1, {turning, still});
   const Contacts contacts(simulation.model());
   const double corner = std::sqrt(0.5);  // the top edge, turned
-  EXPECT_EQ(contacts({{3, corner + 0.5 * kThick, 0}}, 0).size(), 0u);
-  const std::vector<ContactPoint> all = contacts({{3, corner + 0.5 * kThick, 0}}, 1);
+  EXPECT_EQ(contacts({{3, corner + 0.5 * kThick, 0}}, simulation.model().environment, 0).size(), 0u);
+  const std::vector<ContactPoint> all = contacts({{3, corner + 0.5 * kThick, 0}}, simulation.model().environment, 1);
   ASSERT_EQ(all.size(), 1u);
   EXPECT_EQ(all[0].object, 0);
   expect_point(all[0].at, {3, corner, 0}), expect_point(all[0].normal, {0, 1, 0});
-  EXPECT_EQ(contacts({{0, 0.5 + 0.5 * kThick, 0}}, 1)[0].object, 1);
+  EXPECT_EQ(contacts({{0, 0.5 + 0.5 * kThick, 0}}, simulation.model().environment, 1)[0].object, 1);
 }
 
 TEST(FieldsOfContacts, AreNoneWithoutAnEnvironment) {
   const Simulation simulation = world(2, {});
-  EXPECT_TRUE(Contacts(simulation.model())(simulation.positions(), 0).empty());
+  EXPECT_TRUE(Contacts(simulation.model())(simulation.positions(), simulation.model().environment, 0).empty());
 }
 
 // A strip lies across a table that is shorter: the particles on it touch, those that hang over do not. (A sheet that
@@ -110,8 +110,9 @@ TEST(FieldsOfContacts, OfAStripAtRestAreThoseOnTheTable) {
   Simulation simulation(scene, {.threads = 1});
   run_for(simulation, scene, 4);
   const std::vector<Vec3> x = simulation.positions();
-  const std::vector<ContactPoint> all = Contacts(simulation.model())(x, simulation.time());
-  EXPECT_EQ(Contacts(simulation.model(), 3)(x, simulation.time()).size(), all.size());
+  const std::vector<ContactPoint> all =
+      Contacts(simulation.model())(x, simulation.model().environment, simulation.time());
+  EXPECT_EQ(Contacts(simulation.model(), 3)(x, simulation.model().environment, simulation.time()).size(), all.size());
   std::vector<bool> touches(x.size(), false);
   for (const ContactPoint& touch : all) {
     touches[touch.particle] = true;
@@ -136,6 +137,28 @@ TEST(FieldsOfContacts, OfAStripAtRestAreThoseOnTheTable) {
   }
   EXPECT_GT(on, 200);
   EXPECT_GT(over, 100);
+}
+
+TEST(FieldsOfContacts, FollowASurfaceThatDeforms) {
+  EnvironmentSpec skin = table(Sides::OneSided);
+  skin.animation = AnimationSpec{};
+  skin.animation->from_code = true;
+  Simulation simulation = world(2, {skin});
+  const Contacts contacts(simulation.model());
+  std::vector<Vec3> points = simulation.model().environment[0].mesh.points;
+  for (Vec3& x : points) x[1] += x[0];  // a slope
+  simulation.set_vertices("table", points);
+  simulation.step();
+  const double s = std::sqrt(0.5);
+  const std::vector<Vec3> x{{0.2, 0.5 + 0.5 * kThick, 0.1}, {0.2 - kThick * s, 0.7 + kThick * s, 0.1}};
+  const auto at = [&](double time) { return contacts(x, simulation.model().environment, time); };
+  ASSERT_EQ(at(0).size(), 1u);
+  EXPECT_EQ(at(0)[0].particle, 0);
+  const std::vector<ContactPoint> later = at(simulation.time());
+  ASSERT_EQ(later.size(), 1u);
+  EXPECT_EQ(later[0].particle, 1);
+  expect_point(later[0].at, {0.2, 0.7, 0.1});
+  expect_point(later[0].normal, {-s, s, 0});
 }
 
 }  // namespace

@@ -4,6 +4,9 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
+#include <cmath>
+
+#include "host/attachments/pose.h"
 #include "host/mesh/topology.h"
 #include "host/model/model.h"
 #include "host/report/plan.h"
@@ -58,6 +61,37 @@ std::vector<Edge> edges_of(const py::object& given) {
   std::vector<Edge> edges;
   for (std::size_t i = 0; i < numbers.size(); i += 2) edges.push_back({numbers[i], numbers[i + 1]});
   return edges;
+}
+
+/// The pose that a rotation and a translation, or a matrix of both, say.
+RigidPose pose_of(const py::object& translate, const py::object& axis, double degrees, const py::object& matrix) {
+  RigidPose pose;
+  pose.degrees = degrees;
+  if (!translate.is_none()) pose.translate = vector_of(translate, "set_pose: translate");
+  if (!axis.is_none()) pose.axis = vector_of(axis, "set_pose: axis");
+  if (matrix.is_none()) return pose;
+  if (!translate.is_none() || !axis.is_none() || degrees != 0)
+    refuse("set_pose", "", "a matrix beside a translation or a rotation", "one of both");
+  const Doubles array = doubles_of(matrix);
+  if (!array || array.ndim() != 2 || array.shape(0) != 4 || array.shape(1) != 4)
+    refuse("set_pose", "matrix", found_in(array), "an array (4, 4)");
+  const double* const m = array.data();
+  Pose read;
+  read.moves = true, read.t = {m[3], m[7], m[11]};
+  double off = std::abs(m[12]) + std::abs(m[13]) + std::abs(m[14]) + std::abs(m[15] - 1);  // from a rigid motion
+  for (int i = 0; i < 3; ++i)
+    for (int k = 0; k < 3; ++k) {
+      read.r[3 * i + k] = m[4 * i + k];
+      double product = i == k ? -1 : 0;
+      for (int j = 0; j < 3; ++j) product += m[4 * i + j] * m[4 * k + j];
+      off += std::abs(product);
+    }
+  const double handed =
+      m[0] * (m[5] * m[10] - m[6] * m[9]) - m[1] * (m[4] * m[10] - m[6] * m[8]) + m[2] * (m[4] * m[9] - m[5] * m[8]);
+  if (!(off < 1e-5 && handed > 0))
+    refuse("set_pose", "matrix", "a scale, a shear, a mirror, or a last row other than 0 0 0 1",
+           "a rotation and a translation");
+  return rigid_pose_of(read);
 }
 
 py::list handle_dicts(PySimulation& py_simulation) {
@@ -164,6 +198,29 @@ void add_hand(Class& simulation) {
           "Moves pinned particles (K,) to positions (K, 3) in m, between two steps. Raises InputError, and moves "
           "none,\n"
           "for one that is not pinned or that keyframes move.")
+      .def(
+          "set_pose",
+          [](PySimulation& s, const std::string& object, const py::object& translate, const py::object& axis,
+             double degrees, const py::object& matrix) {
+            const RigidPose pose = pose_of(translate, axis, degrees, matrix);
+            s.compute([&](Simulation& of) { of.set_pose(object, pose); });
+          },
+          "object"_a, "translate"_a = py::none(), "axis"_a = py::none(), "degrees"_a = 0.0, "matrix"_a = py::none(),
+          "Moves an object of the environment: during the next step it goes from where it is to a rotation by degrees\n"
+          "about an axis (the y axis unless named) and a translation (m), or to a matrix (4, 4) of both, and rests "
+          "there\n"
+          "until the next call. This replaces its \"motion\".")
+      .def(
+          "set_vertices",
+          [](PySimulation& s, const std::string& object, const py::object& positions) {
+            const std::vector<Vec3> x = rows_of(positions, "set_vertices: positions");
+            s.compute([&](Simulation& of) { of.set_vertices(object, x); });
+          },
+          "object"_a, "positions"_a,
+          "Moves the vertices of an object whose \"animation\" is {\"from_code\": true}: during the next step each "
+          "goes\n"
+          "straight to its position, (V, 3) in m in the order of the object's mesh, and rests there until the next "
+          "call.")
       .def(
           "hold",
           [](PySimulation& s, int particle, const py::object& to) {

@@ -64,7 +64,7 @@ void mark(int particle, const Point3f& from, const Vec3& to, Coloured& picture) 
 /// Highlights particles in contact and adds their contact normals.
 void by_contact(const Frame& frame, const Contacts& contacts, Coloured& to) {
   std::fill(to.colours.begin(), to.colours.end(), kNoValue);
-  const std::vector<ContactPoint> touches = contacts(places(frame), frame.time);
+  const std::vector<ContactPoint> touches = contacts(places(frame), *frame.environment, frame.time);
   for (const ContactPoint& touch : touches) {
     Vec3 end = touch.at;
     for (std::size_t k = 0; k < 3; ++k) end[k] += 2 * frame.body->spacing * touch.normal[k];

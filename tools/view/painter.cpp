@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "host/attachments/pose.h"
+#include "host/environment/object_motion.h"
 #include "host/mesh/topology.h"
 #include "host/render/picture.h"
 #include "host/render/stage.h"
@@ -80,20 +80,30 @@ struct Painter::Obstacle {
   VertexArray array;
   Buffer x, normals;
   GLsizei count = 0;
-  std::vector<Keyframe> motion;
-  std::array<Point3f, 2> box{};  // bounding box at the start
+  const EnvironmentMesh& object;
+  std::vector<Triangle> faces;
+  double time = NAN;  // of the buffers of an object that deforms, s
 
-  explicit Obstacle(const EnvironmentMesh& mesh) : motion(mesh.spec.motion) {
+  explicit Obstacle(const EnvironmentMesh& mesh) : object(mesh), faces(triangles(mesh.mesh)) {
+    array.bind();
+    attribute(kPosition, x, GL_FLOAT), attribute(kNormal, normals, GL_FLOAT);
+    count = GLsizei(3 * faces.size());
+    if (!deforms(object)) fill(object.mesh.points, GL_STATIC_DRAW);
+  }
+  /// Moves the vertices of an object that deforms to a time (s).
+  void move(double to) {
+    if (!deforms(object) || to == time) return;
+    fill(points_at(object, to), GL_STREAM_DRAW), time = to;
+  }
+  /// The pose of the buffers at a time (s).
+  Pose pose(double at) const { return deforms(object) ? Pose{} : pose_at(object.spec.motion, at); }
+  void fill(const std::vector<Vec3>& at, GLenum use) {
     std::vector<Point3f> points, corners;
-    for (const Vec3& p : mesh.mesh.points) points.push_back(to_point3f(p));
-    const std::vector<Triangle> faces = triangles(mesh.mesh);
+    for (const Vec3& p : at) points.push_back(to_point3f(p));
     for (const Triangle& t : faces)
       for (const int i : t) corners.push_back(points[i]);
     array.bind();
-    x.fill(GL_ARRAY_BUFFER, corners, GL_STATIC_DRAW);
-    normals.fill(GL_ARRAY_BUFFER, corner_normals(points, faces), GL_STATIC_DRAW);
-    attribute(kPosition, x, GL_FLOAT), attribute(kNormal, normals, GL_FLOAT);
-    count = GLsizei(corners.size());
+    x.fill(GL_ARRAY_BUFFER, corners, use), normals.fill(GL_ARRAY_BUFFER, corner_normals(points, faces), use);
   }
   void draw() const {
     array.bind();
@@ -146,10 +156,12 @@ void Painter::show(const std::vector<Point3f>& x, const std::vector<Colour>& col
 }
 
 void Painter::update_environment(const Frame& frame) {
-  if (frame.environment == environment_) return;
-  environment_ = frame.environment;
-  obstacles_.clear();
-  for (const EnvironmentMesh& mesh : *environment_) obstacles_.emplace_back(mesh);
+  if (frame.environment != environment_) {
+    obstacles_.clear();
+    environment_ = frame.environment;
+    for (const EnvironmentMesh& mesh : *environment_) obstacles_.emplace_back(mesh);
+  }
+  for (Obstacle& one : obstacles_) one.move(frame.time);
 }
 
 /// Returns the matrix of the light, whose view contains the bodies.
@@ -172,7 +184,7 @@ void Painter::draw_surfaces(const Picture& picture, const Program& program) cons
   if (picture.surface == Surface::Shaded) body_->draw(GL_TRIANGLES, body_->triangles, body_->triangle_count);
   program.set("faceted", 0);
   for (const Obstacle& one : obstacles_) {
-    program.set("place", matrix_of(pose_at(one.motion, picture.frame->time)));
+    program.set("place", matrix_of(one.pose(picture.frame->time)));
     one.draw();
   }
 }

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "host/attachments/pose.h"
+#include "host/environment/object_motion.h"
 
 namespace malha::view {
 
@@ -85,13 +85,11 @@ std::vector<Point3f> points_to_frame(const std::vector<std::shared_ptr<const Fra
       if (vector(x).allFinite()) bodies.extend(vector(x)), all.push_back(x);
     if (bodies.isEmpty()) continue;
     for (const EnvironmentMesh& object : *frame->environment) {
-      const Pose pose = pose_at(object.spec.motion, frame->time);
       std::vector<Point3f> places;
       Eigen::AlignedBox3d box;
-      for (const Vec3& local : object.mesh.points) {
-        const Vector3<double> x = to_world(pose, {local[0], local[1], local[2]});
-        places.push_back({float(x.x), float(x.y), float(x.z)});
-        box.extend(Eigen::Vector3d(x.x, x.y, x.z));
+      for (const Vec3& x : points_at(object, frame->time)) {
+        places.push_back(to_point3f(x));
+        box.extend(Eigen::Vector3d(x[0], x[1], x[2]));
       }
       if (box.sizes().maxCoeff() > kMuchLarger * bodies.sizes().maxCoeff()) {
         const Eigen::Vector3d nearest = bodies.center().cwiseMax(box.min()).cwiseMin(box.max());

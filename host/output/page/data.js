@@ -143,6 +143,8 @@ class Frames {
         [unpacked(forces.particles, forces.count, 1, 4), positions(forces.newtons, forces.count, [0, 0, 0])]);
     return {particles, newtons};
   }
+  // Points of the d-th object that deforms.
+  deformed(k, d, count) { return positions(this.all[k].deformed[d], count); }
   positions(k) {
     const most = 256e6;  // bytes
     if (this.read.has(k)) {

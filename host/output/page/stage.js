@@ -18,12 +18,13 @@ class Stage {
     this.marks = new THREE.LineSegments(new THREE.BufferGeometry(), new THREE.LineBasicMaterial({vertexColors: THREE.VertexColors}));
     this.marks.frustumCulled = this.marks.visible = false;
     this.scene.add(this.marks);
-    this.moving = [], this.parts = [], this.scales = {};  // of visual fields: the value at the end of the colour scale
+    this.moving = [], this.deforming = [], this.parts = [], this.scales = {};  // of visual fields: the value at the end of the colour scale
   }
 
   async prepare() {
-    for (const object of this.run.environment) {
-      const x = await positions(object.points, object.count, object.moves ? [0, 0, 0] : origin);
+    for (const [o, object] of this.run.environment.entries()) {
+      const moves = this.run.moving ? this.run.moving.includes(o) : object.moves;  // pages of older versions lack "moving"
+      const x = await positions(object.points, object.count, moves ? [0, 0, 0] : origin);
       const faces = await unpacked(object.faces, 4 * object.face_count, 4, 4);
       const geometry = new THREE.BufferGeometry();
       geometry.setAttribute('position', new THREE.BufferAttribute(x, 3));
@@ -31,7 +32,8 @@ class Stage {
       const mesh = new THREE.Mesh(geometry, new THREE.MeshStandardMaterial(
           {color: linear(object.colour), roughness: 0.9, side: THREE.DoubleSide, flatShading: true}));
       mesh.castShadow = mesh.receiveShadow = true;
-      if (object.moves) mesh.matrixAutoUpdate = false, this.moving.push(mesh);
+      if (moves) mesh.matrixAutoUpdate = false, this.moving.push(mesh);
+      if (object.deforms) mesh.frustumCulled = false, this.deforming.push(mesh);
       this.scene.add(mesh);
     }
     this.light();
@@ -95,7 +97,9 @@ class Stage {
   // Shows a frame; a later call supersedes an earlier one that has not finished.
   async show(k) {
     const turn = ++this.turn;
-    const [mesh, x, data] = await Promise.all([this.frames.mesh(k), this.frames.positions(k), this.dataOf(this.look, k)]);
+    const deformed = this.deforming.map((object, d) => this.frames.deformed(k, d, object.geometry.attributes.position.count));
+    const [mesh, x, data, ...surfaces] =
+        await Promise.all([this.frames.mesh(k), this.frames.positions(k), this.dataOf(this.look, k), ...deformed]);
     if (turn !== this.turn) return;
     if (mesh !== this.mesh) this.build(mesh);
     this.x.array.set(x), this.x.needsUpdate = true;
@@ -108,6 +112,10 @@ class Stage {
     this.surface.material.polygonOffset = this.marks.visible;  // because lines lie in the surface
     if (wires && !this.wire) this.wire = this.add(THREE.LineSegments, edgesOf(mesh), this.rods.material);
     if (this.wire) this.wire.visible = wires;
+    this.deforming.forEach((object, d) => {
+      const to = object.geometry.attributes.position;
+      to.array.set(surfaces[d]), to.needsUpdate = true;
+    });
     this.moving.forEach((object, o) => {
       const p = this.run.frames[k].poses[o];
       const t = origin.map((at, i) => p[9 + i] - at);
