@@ -199,4 +199,7 @@ inline bool is_rigid_mesh(const EnvironmentMesh& object) { return !object.exact 
 std::size_t mesh_count(const Model& model);
 std::size_t shape_count(const Model& model);
 
+/// True if an object of the environment has "edges".
+bool names_edges(const Scene& scene);
+
 }  // namespace malha
