@@ -96,7 +96,10 @@ std::string full_scene() {
      "animation": {"frames": "meshes/swim_*.ply", "frames_per_second": 24}},
     {"name": "puppet", "shape": {"mesh": "meshes/z.glb"}, "animation": {"from_code": true}},
     {"name": "tile", "sides": "two_sided", "shape": {"mesh_data": {
-      "points": [[0, 0, 0], [0, 0, 1], [1, 0, 0]], "faces": [[0, 1, 2]]}}}
+      "points": [[0, 0, 0], [0, 0, 1], [1, 0, 0]], "faces": [[0, 1, 2]]}}},
+    {"name": "floor", "shape": {"plane": {}}, "transform": {"translate": [0, -9, 0]}},
+    {"name": "arm", "shape": {"capsule": {"from": [3, 0, 0], "to": [4, 0, 0], "radius": 0.1}}},
+    {"name": "pillar", "shape": {"cylinder": {"from": [5, 0, 0], "to": [5, 2, 0], "radius": 0.2}}}
   ],
   "self_collision": {"thickness": 0.004, "friction": 0.5, "bodies": ["sheet", "ball"],
                      "crossing_at_start": "ignore"},

@@ -225,15 +225,15 @@ struct RestUv {
 struct RestPoints {
   std::vector<Vec3> points;  ///< m
 };
-using Rest = std::variant<RestMesh, RestUv, RestPoints>;
+using RestSpec = std::variant<RestMesh, RestUv, RestPoints>;
 
 struct BodySpec {
   std::string name;
   Shape shape;
-  Transform transform;       ///< of the mesh; part of the rest state, unless `rest` says otherwise
-  std::optional<Rest> rest;  ///< the shape in which nothing is strained; none: that of the start
-  Vec3 velocity{0, 0, 0};    ///< m/s
-  Vec3 spin{0, 0, 0};        ///< rad/s, about the centre of mass
+  Transform transform;           ///< of the mesh; part of the rest state, unless `rest` says otherwise
+  std::optional<RestSpec> rest;  ///< the shape in which nothing is strained; none: that of the start
+  Vec3 velocity{0, 0, 0};        ///< m/s
+  Vec3 spin{0, 0, 0};            ///< rad/s, about the centre of mass
   /// kg, of the whole body. Particles share it by volume (tetrahedra), area (faces), length (lines) or equally (loose),
   /// all at rest.
   /// Exactly one of mass and density is required.

@@ -41,6 +41,7 @@ struct SheetTriangle {
   std::array<int, 3> corner;
   double Y;  // Young's modulus times thickness, N/m; that along, of an orthotropic sheet
   const Orthotropic* orthotropic = nullptr;
+  Vector rest[3]{};  // m, at rest
 };
 
 /// Cross-section of a body between the particles at graph distance d and those at d - 1.
@@ -134,9 +135,12 @@ class SelfWeightStretch {
     if (a < 0 || (a == b && b == c)) return;
     const Vector turned = (body_.x[k] - body_.x[i]) * double(b - a) - (body_.x[j] - body_.x[i]) * double(c - a);
     double Y = t.Y;
-    if (t.orthotropic) {  // pulled along the gradient
-      const Vector n = cross(body_.x[j] - body_.x[i], body_.x[k] - body_.x[i]);
-      Y *= t.orthotropic->modulus(t.orthotropic->cosine2(n, cross(n, turned)));
+    if (t.orthotropic) {  // the direction of the pull, carried to the triangle at rest
+      const Vector to_j = body_.x[j] - body_.x[i], to_k = body_.x[k] - body_.x[i], n = cross(to_j, to_k);
+      const Vector pull = stretch_[i] + stretch_[j] + stretch_[k];
+      const Vector along =
+          (t.rest[1] - t.rest[0]) * dot(cross(pull, to_k), n) + (t.rest[2] - t.rest[0]) * dot(cross(to_j, pull), n);
+      Y *= t.orthotropic->modulus(t.orthotropic->cosine2(cross(t.rest[1] - t.rest[0], t.rest[2] - t.rest[0]), along));
     }
     section_at(a > b && a > c ? i : b > c ? j : k).sheet += Y * norm(turned) / 2;
   }
@@ -242,14 +246,14 @@ class GraphBuilder {
     const ConstraintSet& set = model_.sets[s];
     const double Y = 1 / set.compliance.value_or(1);
     std::vector<double> area;
-    std::vector<Vector> rest;  // three corners a triangle
     const std::size_t begin = sheets_.size();
     for (int c = 0; c < set.count(); ++c) {
-      SheetTriangle& piece = sheets_.emplace_back(SheetTriangle{{}, Y, set.orthotropic ? &*set.orthotropic : nullptr});
+      SheetTriangle& piece =
+          sheets_.emplace_back(SheetTriangle{{}, Y, set.orthotropic ? &*set.orthotropic : nullptr, {}});
       for (int k = 0; k < 3; ++k) piece.corner[k] = model_.user_index[set.particles[3 * c + k]];
       for (int k = 0; k < 3; ++k)
-        rest.push_back(set.rest_corners.empty() ? x_[piece.corner[k]] : vector(set.rest_corners[3 * c + k]));
-      const Vector* X = &rest[rest.size() - 3];
+        piece.rest[k] = set.rest_corners.empty() ? x_[piece.corner[k]] : vector(set.rest_corners[3 * c + k]);
+      const Vector(&X)[3] = piece.rest;
       area.push_back(norm(cross(X[1] - X[0], X[2] - X[0])) / 2);
     }
     const auto visit = [&](const auto& add_side) {
@@ -261,12 +265,12 @@ class GraphBuilder {
       if (!set.rest_corners.empty()) length = 0;
       for (auto side = first; side != last; ++side) {
         const int t = side->number / 3, k = side->number % 3;
-        const Vector* X = &rest[static_cast<std::size_t>(3 * t)];
+        const Vector(&X)[3] = sheets_[begin + static_cast<std::size_t>(t)].rest;
         const Vector along = X[(k + 1) % 3] - X[k];
-        const auto modulus = [&](const Orthotropic& of) {
-          return of.modulus(of.cosine2(cross(X[1] - X[0], X[2] - X[0]), along));
-        };
-        sum += set.orthotropic ? area[t] * modulus(*set.orthotropic) : area[t];
+        double modulus = 1;  // over Y
+        if (const std::optional<Orthotropic>& of = set.orthotropic)
+          modulus = of->modulus(of->cosine2(cross(X[1] - X[0], X[2] - X[0]), along));
+        sum += area[t] * modulus;
         if (!set.rest_corners.empty()) length += norm(along) / static_cast<double>(last - first);
       }
       if (sum > 0) add(first->low, first->high, length, s, length * length / (Y * sum));

@@ -65,7 +65,8 @@ void require_closed(const JoinedMesh& joined, const std::string& file, const std
   const Mesh& mesh = joined.mesh;
   const auto refuse_edge = [&](const Side& side, const std::string& what) {
     refuse(file, here,
-           what + " from " + name(joined.particles[side.low][0]) + " to " + name(joined.particles[side.high][0]), allowed);
+           what + " from " + name(joined.particles[side.low][0]) + " to " + name(joined.particles[side.high][0]),
+           allowed);
   };
   const auto visit = [&](const auto& add) { for_each_face_side(mesh.faces, add); };
   for_each_edge(sorted_sides(mesh.points.size(), visit), [&](auto first, auto last) {

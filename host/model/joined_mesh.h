@@ -11,8 +11,8 @@
 namespace malha {
 
 struct JoinedMesh {
-  Mesh mesh;  // faces alone; each point at the start of the lowest particle at its place
-  Mesh rest;  // the rest meshes side by side, in the form of RestShape
+  Mesh mesh;                                // faces alone; each point at the start of the lowest particle at its place
+  Mesh rest;                                // the rest meshes side by side, in the form of RestShape
   std::vector<std::vector<int>> particles;  // of each point, in the user's numbering, ascending
   RestShape shape() const { return {mesh, &rest}; }
 };

@@ -40,7 +40,8 @@ class SeamFinder {
     if (spec_.to.surface)
       attach(selected(spec_.from, from_, "from"), joints);
     else
-      for (const auto& [i, j] : pairs()) joints.particles.push_back(first_from_ + i), joints.particles.push_back(first_to_ + j);
+      for (const auto& [i, j] : pairs())
+        joints.particles.push_back(first_from_ + i), joints.particles.push_back(first_to_ + j);
     drop_pinned(joints);
     if (joints.particles.empty())
       refuse(scene_.file, here_, "a seam of pinned particles alone", "at least one particle that can move");
@@ -86,7 +87,8 @@ class SeamFinder {
   std::vector<Edge> listed_pairs() const {
     std::vector<int> from, to;
     for (const auto& [i, j] : spec_.pairs) from.push_back(i), to.push_back(j);
-    from = points_of(scene_, mesh(from_), from, here_ + "/pairs"), to = points_of(scene_, mesh(to_), to, here_ + "/pairs");
+    from = points_of(scene_, mesh(from_), from, here_ + "/pairs"),
+    to = points_of(scene_, mesh(to_), to, here_ + "/pairs");
     std::vector<Edge> pairs;
     for (std::size_t k = 0; k < from.size(); ++k) pairs.push_back({from[k], to[k]});
     return pairs;
@@ -134,7 +136,8 @@ class SeamFinder {
   }
 
   [[noreturn]] void refuse_partner(int i, double least) const {
-    refuse(scene_.file, here_ + "/within", name(from_, i) + ", which is " + shown(least) + " m from the nearest of 'to'",
+    refuse(scene_.file, here_ + "/within",
+           name(from_, i) + ", which is " + shown(least) + " m from the nearest of 'to'",
            "particles at most " + shown(*spec_.within) + " m from one of 'to'");
   }
 

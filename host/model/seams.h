@@ -22,7 +22,8 @@ struct Joints {
 
 /// Finds the joints of all seams of the scene. `body_begin`: the first particle of each body. Throws InputError for an
 /// end without particles, for particles without a partner, and for bodies that tear or that differ in damping.
-std::vector<Joints> find_joints(const Scene& scene, const std::vector<Body>& bodies, const std::vector<int>& body_begin);
+std::vector<Joints> find_joints(const Scene& scene, const std::vector<Body>& bodies,
+                                const std::vector<int>& body_begin);
 
 /// Pairs of particles that joints connect, such as edges of a graph.
 std::vector<Edge> edges_of(const std::vector<Joints>& joints);
@@ -34,8 +35,8 @@ bool is_seam(const ConstraintSet& set);
 /// lowest. Attachments to surfaces join nothing in one place.
 std::vector<int> places_of_particles(int particles, const std::vector<Joints>& joints);
 
-/// For each particle of the model those that seams hold at its place, or at a triangle that has its place as a corner or
-/// it as the attached point; of triangles the corners. Empty lists if the model has no seams.
+/// For each particle of the model those that seams hold at its place, or at a triangle that has its place as a corner
+/// or it as the attached point; of triangles the corners. Empty lists if the model has no seams.
 CompressedLists<int> sewn_particles(const Model& model);
 
 /// The lowest of the bodies that seams connect with each body.

@@ -40,7 +40,7 @@ void shorten(Shape& shape) {
 }
 
 /// The same for the points of a rest shape.
-void shorten(std::optional<Rest>& rest) {
+void shorten(std::optional<RestSpec>& rest) {
   auto* const listed = rest ? std::get_if<RestPoints>(&*rest) : nullptr;
   if (listed && are_numbers(listed->points)) listed->points.clear();
 }

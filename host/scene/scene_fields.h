@@ -172,7 +172,7 @@ Field shape_field(Shape& shape, ShapeUse use, const std::string& folder);
 /// The path of a file or folder, read and written as those of meshes.
 Field path_field(const std::string& key, std::string& path, const std::string& folder);
 /// The rest shape of a body. Paths are as those of shapes.
-Field rest_field(std::optional<Rest>& rest, const std::string& folder);
+Field rest_field(std::optional<RestSpec>& rest, const std::string& folder);
 Fields fields_of(Transform& transform);
 /// A rotation: its axis and angle.
 Field rotation_field(Vec3& axis, double& degrees);

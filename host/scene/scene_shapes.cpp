@@ -219,8 +219,8 @@ Field shape_field(Shape& shape, ShapeUse use, const std::string& folder) {
           }};
 }
 
-Field rest_field(std::optional<Rest>& rest, const std::string& folder) {
-  const auto fields = [folder](Rest& of) {
+Field rest_field(std::optional<RestSpec>& rest, const std::string& folder) {
+  const auto fields = [folder](RestSpec& of) {
     const auto read_path = [&of, folder](const JsonReader& at) { of = RestMesh{resolved(folder, at.text())}; };
     const auto write_path = [&of, folder](Json& json) {
       if (const auto* file = std::get_if<RestMesh>(&of)) json["mesh"] = path_from(folder, file->path);
@@ -230,7 +230,7 @@ Field rest_field(std::optional<Rest>& rest, const std::string& folder) {
                   alternative("points", of, &RestPoints::points, any("m"))};
   };
   const auto read = [&rest, fields](const JsonReader& at) {
-    Rest found;
+    RestSpec found;
     at.one_of(fields(found));
     rest = std::move(found);
   };

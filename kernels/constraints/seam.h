@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // seam: C = |p0 - p1| - c r, and surface_attachment: C = |p0 - sum w_k p_k| - c r, k = 1 .. 3. They join two bodies, or
-// two parts of one, at two particles or at a particle and a point of a triangle. r is the gap at the start; the factor c
-// of their set falls from 1 to 0 while a seam closes (kernels/projection/project_constraint.h), and both are one place
-// then. Their elements are pairs of the scene's seams rather than parts of a mesh.
+// two parts of one, at two particles or at a particle and a point of a triangle. r is the gap at the start; the factor
+// c of their set falls from 1 to 0 while a seam closes (kernels/projection/project_constraint.h), and both are one
+// place then. Their elements are pairs of the scene's seams rather than parts of a mesh.
 //
 // Both are lengths, whose direction turns with the bodies. Where they are closed they have no length at the start of a
 // substep, and move along the current gradient: that exerts no torque, because both points are at one place.

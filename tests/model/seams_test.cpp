@@ -63,8 +63,9 @@ TEST(Seams, OfTwoRimsPairEachParticleWithTheOneBelow) {
 
 TEST(Seams, PairEqualRowsOneToOneAlsoWhereTheNearestWouldBeShared) {
   // Three particles at -.1, 0 and .1 over three at -.02, 0 and .02: the outer ones are the nearest of the outer ones.
-  Scene scene = scene_of({body("three", MeshDataShape{{{-0.1, 1, 0}, {0, 1, 0}, {0.1, 1, 0}}, {}, {{0, 1}, {1, 2}}, {}}),
-                          body("others", MeshDataShape{{{-0.02, 0, 0}, {0, 0, 0}, {0.02, 0, 0}}, {}, {{0, 1}, {1, 2}}, {}})});
+  Scene scene =
+      scene_of({body("three", MeshDataShape{{{-0.1, 1, 0}, {0, 1, 0}, {0.1, 1, 0}}, {}, {{0, 1}, {1, 2}}, {}}),
+                body("others", MeshDataShape{{{-0.02, 0, 0}, {0, 0, 0}, {0.02, 0, 0}}, {}, {{0, 1}, {1, 2}}, {}})});
   const BoxPin all{{-9, -9, -9}, {9, 9, 9}};
   scene.seams = {seam_of("three", all, "others", all, 1.1)};
   std::map<int, int> partner;
@@ -108,7 +109,8 @@ TEST(Seams, ToASurfaceTakeTheClosestTriangle) {
   for (int j = 1; j < 4; ++j)
     EXPECT_TRUE(std::set<int>({9 + 5, 9 + 6, 9 + 9, 9 + 10}).contains(joints[0][j])) << joints[0][j];
   scene.seams[0].within = 0.05;
-  EXPECT_TRUE(has(refusal_of_seams(scene), "test.json: /seams/0/within: found particle 4 of body 'front', which is 0.1 m"));
+  EXPECT_TRUE(
+      has(refusal_of_seams(scene), "test.json: /seams/0/within: found particle 4 of body 'front', which is 0.1 m"));
 }
 
 TEST(Seams, OfOneLineOfABoundaryLeaveTheOthersOpen) {
@@ -153,10 +155,12 @@ TEST(Seams, AreRefusedWhereTheyCannotBeMade) {
   EXPECT_EQ(refusal_of_seams(sound), "");
   Scene scene = sound;
   scene.seams[0].within = 0.05;
-  EXPECT_TRUE(has(refusal_of_seams(scene),
-                  "test.json: /seams/0/within: found particle 0 of body 'front', which is 0.1 m from the nearest of 'to'"));
+  EXPECT_TRUE(
+      has(refusal_of_seams(scene),
+          "test.json: /seams/0/within: found particle 0 of body 'front', which is 0.1 m from the nearest of 'to'"));
   scene = sound, scene.seams[0].from.body = "frnt";
-  EXPECT_TRUE(has(refusal_of_seams(scene), "/seams/0/from/body: found unknown body \"frnt\"")) << refusal_of_seams(scene);
+  EXPECT_TRUE(has(refusal_of_seams(scene), "/seams/0/from/body: found unknown body \"frnt\""))
+      << refusal_of_seams(scene);
   scene = sound, scene.bodies[1].tear = Tear{};
   EXPECT_TRUE(has(refusal_of_seams(scene), "/seams/0: found a seam of the body 'back', which tears"));
   scene = sound, scene.bodies[1].damping = 0.5;

@@ -43,6 +43,8 @@ const std::vector<ContactCase>& all_contact_cases() {
                                             {"rotating_sphere", 60},
                                             {"bullets", 0},
                                             {"thin_wall", 5},
+                                            {"sheet_on_mesh", 60},
+                                            {"sheet_on_plane", 60},
                                             {"armadillo", 20, "armadillo", 0.006, 199},
                                             {"elephant", 20, "refined_elephant", 1.2, 199},
                                             {"armadillo_100000", 20, "armadillo", 0.006, 315}};
@@ -88,8 +90,30 @@ Scene turning_scan(const ContactCase& which, const std::string& folder) {
   return scene;
 }
 
+/// A cloth of 10,000 particles at rest on the ground: two triangles, or a plane.
+Scene sheet_on(const ContactCase& which) {
+  Scene scene;
+  scene.file = "malha bench", scene.name = which.name, scene.gravity = {0, -9.81, 0};
+  BodySpec cloth;
+  cloth.name = "cloth", cloth.shape = GridShape{{2, 2}, {99, 99}}, cloth.density = 0.2;
+  cloth.transform.translate = {-1, 0.005, -1};
+  ConstraintSpec distance;
+  distance.type = "distance", distance.elements = {"edges", "shear"};
+  cloth.constraints = {distance};
+  scene.bodies = {cloth};
+  EnvironmentSpec ground;
+  ground.name = "ground", ground.friction = 0.5, ground.shape = PlaneShape{};
+  if (which.name == "sheet_on_mesh") {
+    ground.shape = GridShape{{6, 6}, {1, 1}}, ground.sides = Sides::OneSided;
+    ground.transform.translate = {-3, 0, -3};
+  }
+  scene.environment = {ground};
+  return scene;
+}
+
 /// The case's scene without self-collision, which this benchmark does not measure.
 Scene contact_scene(const ContactCase& which, const std::string& folder) {
+  if (which.name.starts_with("sheet_on_")) return sheet_on(which);
   if (!which.scan.empty()) return turning_scan(which, folder);
   Scene scene = load_scene(folder + "/" + which.name + ".json");
   scene.self_collision.reset(), scene.expect = {};
@@ -132,24 +156,26 @@ void run_contact_turn(ContactRun& line, double min_seconds) {
   line.processor.push_back(1e3 * (process_seconds() - processor) / steps);
 }
 
-/// Bytes that must move per particle and substep, whatever detects the contacts: both first tests read each
+/// Bytes that must move per particle and substep, whatever detects the contacts: for meshes both first tests read each
 /// particle's previous position, position and prediction (18 numbers), and one slot of each near particle is read and
-/// written.
+/// written. For exact shapes both tests read its position, displacement and mass (10 numbers), and the 10 numbers of
+/// each contact are written and read.
 double floor_bytes(const ContactRun& line, const ContactStats& facts) {
   const Model& model = line.simulation.model();
   const bool in_double = model.scene.solver.precision == Precision::Double;
   const double number = in_double ? 8 : 4;
   const double slot = sizeof(ProximityRecord) + (in_double ? sizeof(Contact<double>) : sizeof(Contact<float>));
-  const double meshes = static_cast<double>(model.scene.environment.size());
-  return meshes * 2 * (6 * number + 16) + 2 * slot * facts.near / model.count();
+  const auto meshes = static_cast<double>(mesh_count(model));
+  const double shapes = mesh_count(model) < model.environment.size() ? 1 : 0;
+  return meshes * 2 * (6 * number + 16) + 2 * slot * facts.near / model.count() + shapes * 2 * (10 + 10) * number;
 }
 
 Json contact_row(const ContactCase& which, const ContactRun& line, double gb_per_s, double bullet) {
   const Model& model = line.simulation.model();
-  const ContactStats facts = line.simulation.solver().facts().contact.value();
+  const ContactStats facts = line.simulation.solver().facts().contact.value_or(ContactStats{});
   const auto steps = static_cast<double>(line.simulation.steps() - line.first);
   const double n = model.count(), each = facts.near > 0 ? static_cast<double>(facts.near_bytes) / facts.near : 0;
-  const double meshes = static_cast<double>(model.scene.environment.size());
+  const double meshes = std::max<double>(1, static_cast<double>(mesh_count(model)));
   return {
       {"case", which.name},
       {"particles", model.count()},
@@ -214,7 +240,7 @@ void run_contact(const ContactOptions& options) {
       ContactRun& line = lines.back();
       for (int step = 0; step < which.warm_up; ++step) line.simulation.step();
       line.first = which.warm_up;
-      if (which.warm_up > 0) line.at_start = line.simulation.solver().facts().contact.value();
+      if (which.warm_up > 0) line.at_start = line.simulation.solver().facts().contact.value_or(ContactStats{});
       line.hash_after_warm_up = hex(line.simulation.state_hash());
     }
     const double bullet = bullet_ms(which, lines.front().simulation, options.bullet_frames);

@@ -262,8 +262,8 @@ void add_scene(py::module_& module) {
       "body", &body, "points"_a, "faces"_a = py::none(), "lines"_a = py::none(), "tetrahedra"_a = py::none(),
       py::kw_only(), "name"_a = "body", "pins"_a = py::none(),
       "A dict for a scene's \"bodies\" from arrays, see shape(). pins: numbers of vertices that do not move, or a\n"
-      "list of dicts as in scenes. All other keys are those of a body in scenes, of which mass (kg) or density\n"
-      "is required: mass=0.2, constraints=[{\"type\": \"distance\"}], velocity=[0, 1, 0] ...");
+      "list of dicts as in scenes. All other keys are those of a body in scenes, of which mass (kg), density or\n"
+      "material is required: mass=0.2, constraints=[{\"type\": \"distance\"}], velocity=[0, 1, 0] ...");
 }
 
 }  // namespace malha::python
