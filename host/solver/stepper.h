@@ -28,6 +28,7 @@
 #include "host/measure/measure.h"
 #include "host/measure/over_elongation.h"
 #include "host/mesh/vectors.h"
+#include "host/model/seams.h"
 #include "host/patch/sweep.h"
 #include "host/projection/user_constraints.h"
 #include "host/self_collision/final_guard.h"

@@ -29,8 +29,9 @@ TEST(SurfaceAttachment, RestsAtThePointOfTheTriangleThatIsClosest) {
 
 TEST(SurfaceAttachment, DrawsTheParticleAndItsPointTogetherByTheirMasses) {
   // A particle of 1 kg, 1 m above the middle of a triangle of 3 kg: three quarters of the way are the particle's.
-  OneConstraint<SurfaceAttachment, double> one({{{1, 1, 1}, {0, 0, 0}, {3, 0, 0}, {0, 0, 3}}}, {1, 1, 1, 1},
-                                               {0, 1.0 / 3, 1.0 / 3});
+  Rest<SurfaceAttachment> rest;
+  rest[1] = rest[2] = 1.0 / 3;
+  OneConstraint<SurfaceAttachment, double> one({{{1, 1, 1}, {0, 0, 0}, {3, 0, 0}, {0, 0, 3}}}, {1, 1, 1, 1}, rest);
   one.project<Update::Stiff>(1, 0);
   EXPECT_NEAR(one.p(0).y, 0.25, 1e-15);
   for (int j = 1; j < 4; ++j) EXPECT_NEAR(one.p(j).y, 0.25, 1e-15);
@@ -47,7 +48,7 @@ TEST(ClosingFactor, FallsFromOneToZeroAndStaysThere) {
 
 TEST(Seam, HasNoGapOnceItIsClosedWhateverTheDirectionInWhichItOpened) {
   // The particles were at one place but for rounding; other constraints have drawn them apart across that gap.
-  OneConstraint<Seam, float> one({{{0, 0, 0}, {1e-8, 0, 0}}}, {1, 1}, {0});
+  OneConstraint<Seam, float> one({{{0, 0, 0}, {1e-8, 0, 0}}}, {1, 1}, 0);
   one.max_start_step = static_cast<float>(kMaxStartStep);
   one.move(0, {0, 0.01, 0}), one.move(1, {0, 0, 0.02});
   one.project<Update::Compliant>(1, 0);

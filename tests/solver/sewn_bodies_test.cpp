@@ -19,36 +19,38 @@
 namespace malha {
 namespace {
 
-SeamSpec sewn(const std::string& from, Selector at, const std::string& to, Selector there, double within,
-              double closing = 0) {
+SeamSpec sewn_rows(const std::string& from, Selector at, const std::string& to, Selector there, double within,
+                   double closing = 0) {
   SeamSpec seam;
   seam.from = {from, std::move(at)}, seam.to = {to, std::move(there)}, seam.within = within, seam.closing = closing;
   return seam;
 }
 
 /// A hung cloth of 1 m and 0.2 kg, n x n cells, whole or of two halves that are sewn in the middle.
-Scene hung_cloth(int n, bool halves, std::vector<ConstraintSpec> constraints) {
+Scene sewn_cloth(int n, bool halves, std::vector<ConstraintSpec> constraints) {
   const auto part = [&](const std::string& name, double from, double to) {
-    BodySpec cloth = body(name, GridShape{{1, to - from}, {n, static_cast<int>(std::lround(n * (to - from)))}}, constraints);
+    BodySpec cloth =
+        body(name, GridShape{{1, to - from}, {n, static_cast<int>(std::lround(n * (to - from)))}}, constraints);
     cloth.transform.translate = {0, 0, from}, cloth.mass.reset(), cloth.density = 0.2, cloth.damping = 0.02;
     return cloth;
   };
   Scene scene = halves ? scene_of({part("upper", 0, 0.5), part("lower", 0.5, 1)}) : scene_of({part("whole", 0, 1)});
   scene.bodies[0].pins = {RowPin{}};
   scene.gravity = kEarth, scene.solver.dt = 1.0 / 60, scene.solver.substeps = 10;
-  if (halves) scene.seams = {sewn("upper", RowPin{true}, "lower", RowPin{}, 1e-6)};
+  if (halves) scene.seams = {sewn_rows("upper", RowPin{true}, "lower", RowPin{}, 1e-6)};
   return scene;
 }
 
-struct HungCloth {
+struct HungSewn {
   double lowest = 0, mean = 0;  // m
   Measures measures;
 };
-HungCloth hang_cloth(const Scene& scene, double seconds) {
+HungSewn hang_sewn(const Scene& scene, double seconds) {
   const Simulation simulation = after(scene, seconds);
-  HungCloth hung;
+  HungSewn hung;
   const std::vector<Vec3> x = simulation.positions();
-  for (const Vec3& at : x) hung.lowest = std::min(hung.lowest, at[1]), hung.mean += at[1] / static_cast<double>(x.size());
+  for (const Vec3& at : x)
+    hung.lowest = std::min(hung.lowest, at[1]), hung.mean += at[1] / static_cast<double>(x.size());
   hung.measures = simulation.measure();
   return hung;
 }
@@ -60,8 +62,8 @@ TEST(SewnBodies, HangAsTheWholeClothDoes) {
       stretch.young_modulus = 100;
     else
       stretch.elements = {"edges", "shear"};
-    const HungCloth whole = hang_cloth(hung_cloth(16, false, {stretch}), 4),
-                    halves = hang_cloth(hung_cloth(16, true, {stretch}), 4);
+    const HungSewn whole = hang_sewn(sewn_cloth(16, false, {stretch}), 4),
+                   halves = hang_sewn(sewn_cloth(16, true, {stretch}), 4);
     // The halves have a row more, each with half of the mass of a whole one; both still swing a little.
     EXPECT_NEAR(halves.lowest, whole.lowest, 0.01) << elastic;
     EXPECT_LT(halves.measures.max_seam_gap, 1e-4) << elastic << ", of cells of 62 mm";
@@ -74,11 +76,11 @@ TEST(SewnBodies, HangAsTheWholeClothDoes) {
 TEST(SewnBodies, AreOneBodyToLevels) {
   ConstraintSpec stretch = constraint("distance");
   stretch.elements = {"edges", "shear"};
-  const Scene scene = hung_cloth(64, true, {stretch});
+  const Scene scene = sewn_cloth(64, true, {stretch});
   Scene alone = scene;
   alone.solver.levels = 0;
-  const HungCloth whole = hang_cloth(hung_cloth(64, false, {stretch}), 1), halves = hang_cloth(scene, 1),
-                  by_sweeps = hang_cloth(alone, 1);
+  const HungSewn whole = hang_sewn(sewn_cloth(64, false, {stretch}), 1), halves = hang_sewn(scene, 1),
+                 by_sweeps = hang_sewn(alone, 1);
   ASSERT_TRUE(Simulation(scene, {.threads = 1}).solver().has_levels());
   EXPECT_NEAR(halves.lowest, whole.lowest, 0.01);
   EXPECT_LT(halves.measures.strain_rms, 1.5 * whole.measures.strain_rms);
@@ -88,12 +90,14 @@ TEST(SewnBodies, AreOneBodyToLevels) {
 
 TEST(SewnBodies, KeepTheirMomenta) {
   ConstraintSpec stretch = constraint("distance");
-  BodySpec one = body("one", GridShape{{1, 1}, {8, 8}}, {stretch}), other = body("other", GridShape{{1, 1}, {8, 8}}, {stretch});
-  one.velocity = {1, 0.5, 0}, one.spin = {0.5, 1, 0.2}, other.transform.translate = {0, 0.05, 1.05}, other.spin = {0, -0.5, 1};
+  BodySpec one = body("one", GridShape{{1, 1}, {8, 8}}, {stretch}),
+           other = body("other", GridShape{{1, 1}, {8, 8}}, {stretch});
+  one.velocity = {1, 0.5, 0}, one.spin = {0.5, 1, 0.2}, other.transform.translate = {0, 0.05, 1.05},
+  other.spin = {0, -0.5, 1};
   other.mass = 0.3;
   Scene scene = scene_of({one, other});
   scene.solver.dt = 0.01, scene.solver.substeps = 10, scene.solver.precision = Precision::Double;
-  scene.seams = {sewn("one", RowPin{true}, "other", RowPin{}, 0.2, 0.3)};
+  scene.seams = {sewn_rows("one", RowPin{true}, "other", RowPin{}, 0.2, 0.3)};
   Simulation simulation(scene, {.threads = 1});
   const Measures start = simulation.measure();
   run_for(simulation, scene, 1);
@@ -111,7 +115,7 @@ TEST(SewnBodies, CloseInTheTimeThatTheSeamSays) {
   other.name = "other", other.transform.translate = {0, 0, 1.4};
   Scene scene = scene_of({one, other});
   scene.solver.dt = 0.01;
-  scene.seams = {sewn("one", RowPin{true}, "other", RowPin{}, 0.5, 0.5)};
+  scene.seams = {sewn_rows("one", RowPin{true}, "other", RowPin{}, 0.5, 0.5)};
   Simulation simulation(scene, {.threads = 1});
   for (int step = 1; step <= 70; ++step) {
     simulation.step();
@@ -124,7 +128,7 @@ TEST(SewnBodies, OfNoClosingTimeCloseInOneStepAndComeToRest) {
   BodySpec one = body("one", GridShape{{1, 1}, {8, 8}}, {constraint("distance")}), other = one;
   other.name = "other", other.transform.translate = {0, 0, 1.02}, one.damping = other.damping = 0.05;
   Scene scene = scene_of({one, other});
-  scene.seams = {sewn("one", RowPin{true}, "other", RowPin{}, 0.05)};
+  scene.seams = {sewn_rows("one", RowPin{true}, "other", RowPin{}, 0.05)};
   Simulation simulation(scene, {.threads = 1});
   simulation.step();
   EXPECT_LT(simulation.measure().max_seam_gap, 2e-3);
@@ -151,11 +155,12 @@ TEST(SewnBodies, HangOnRingsThatHoldTheSurfaceBetweenItsVertices) {
   stretch.elements = {"edges", "shear"};
   BodySpec curtain = body("curtain", GridShape{{1, 1}, {12, 12}}, {stretch});
   curtain.mass = 0.3, curtain.damping = 0.05;
-  BodySpec rings = body("rings", MeshDataShape{{{0.13, 0.01, 0.03}, {0.49, 0.01, 0.05}, {0.87, 0.01, 0.03}}, {}, {}, {}});
+  BodySpec rings =
+      body("rings", MeshDataShape{{{0.13, 0.01, 0.03}, {0.49, 0.01, 0.05}, {0.87, 0.01, 0.03}}, {}, {}, {}});
   rings.pins = {BoxPin{{-9, -9, -9}, {9, 9, 9}}}, rings.damping = 0.05;
   Scene scene = scene_of({curtain, rings});
   scene.gravity = kEarth;
-  scene.seams = {sewn("rings", BoxPin{{-9, -9, -9}, {9, 9, 9}}, "curtain", NearestPin{}, 0.02, 0.1)};
+  scene.seams = {sewn_rows("rings", BoxPin{{-9, -9, -9}, {9, 9, 9}}, "curtain", NearestPin{}, 0.02, 0.1)};
   scene.seams[0].to = {"curtain", {}, true};
   const Simulation simulation = after(scene, 3);
   const Measures end = simulation.measure();
@@ -176,7 +181,7 @@ TEST(SewnBodies, CarryAButtonOnASheetThatSwings) {
   button.mass = 0.002, button.transform.translate = {0.262, 0.002, 0.212};
   Scene scene = scene_of({sheet, button});
   scene.gravity = kEarth;
-  scene.seams = {sewn("button", RimPin{}, "sheet", NearestPin{}, 0.01)};
+  scene.seams = {sewn_rows("button", RimPin{}, "sheet", NearestPin{}, 0.01)};
   scene.seams[0].to = {"sheet", {}, true};
   Simulation simulation(scene, {.threads = 1});
   for (int step = 0; step < 90; ++step) {
@@ -214,7 +219,7 @@ Scene sewn_ball(bool halves) {
   if (halves) {
     scene = scene_of({part("top", true), part("bottom", false)});
     pressure.with = {"bottom"};
-    scene.seams = {sewn("top", RimPin{}, "bottom", RimPin{}, 1e-6)};
+    scene.seams = {sewn_rows("top", RimPin{}, "bottom", RimPin{}, 1e-6)};
   } else {
     scene = scene_of({body("ball", SphereShape{0.5, 3}, {skin})});
     scene.bodies[0].mass.reset(), scene.bodies[0].density = 0.1, scene.bodies[0].damping = 0.1;
@@ -255,7 +260,8 @@ TEST(SewnBodies, MakeATubeOfASheet) {
   for (Vec3& x : bent.points) x[1] = 0.5 * (x[2] - 0.5) * (x[2] - 0.5);
   sheet.shape = bent, sheet.damping = 0.1;
   Scene scene = scene_of({sheet});
-  SeamSpec seam = sewn("sheet", BoxPin{{-1, -1, -0.01}, {2, 2, 0.01}}, "sheet", BoxPin{{-1, -1, 0.99}, {2, 2, 1.01}}, 1.1, 1);
+  SeamSpec seam =
+      sewn_rows("sheet", BoxPin{{-1, -1, -0.01}, {2, 2, 0.01}}, "sheet", BoxPin{{-1, -1, 0.99}, {2, 2, 1.01}}, 1.1, 1);
   scene.seams = {seam};
   const Simulation simulation = after(scene, 4);
   const Measures end = simulation.measure();
@@ -280,7 +286,7 @@ Scene pillow_of(int n, bool collides) {
   back.transform.axis = {1, 0, 0}, back.transform.degrees = 180;
   for (BodySpec* one : {&front, &back}) one->mass = 0.05, one->damping = 0.05;
   Scene scene = scene_of({front, back});
-  scene.seams = {sewn("front", RimPin{}, "back", RimPin{}, 0.03, 0.2)};
+  scene.seams = {sewn_rows("front", RimPin{}, "back", RimPin{}, 0.03, 0.2)};
   if (collides) scene.self_collision = SelfCollision{0.005, 0.2, {}};
   return scene;
 }
@@ -299,7 +305,7 @@ TEST(SewnBodies, MakeAPillowThatCollidesWithItselfButNotAtItsSeam) {
 }
 
 TEST(SewnBodies, AreRefusedByNoCrossingCheckWhereTheyTouchAtAClosedSeam) {
-  Scene scene = hung_cloth(8, true, {constraint("distance")});
+  Scene scene = sewn_cloth(8, true, {constraint("distance")});
   scene.self_collision = SelfCollision{0.01, 0, {}};
   EXPECT_NO_THROW(Simulation(scene, {.threads = 1}));
   scene.seams.clear();
@@ -309,26 +315,32 @@ TEST(SewnBodies, AreRefusedByNoCrossingCheckWhereTheyTouchAtAClosedSeam) {
 TEST(SewnBodies, AreAlsoThoseOfDesbrunsMethod) {
   ConstraintSpec stretch = constraint("distance");
   stretch.elements = {"edges", "shear"};
-  Scene whole = hung_cloth(12, false, {stretch}), halves = hung_cloth(12, true, {stretch});
+  Scene whole = sewn_cloth(12, false, {stretch}), halves = sewn_cloth(12, true, {stretch});
   for (Scene* scene : {&whole, &halves}) {
     scene->solver.type = "desbrun", scene->solver.iterations = 10, scene->solver.substeps = 1;
     scene->solver.levels = 0;
   }
-  const HungCloth one = hang_cloth(whole, 3), two = hang_cloth(halves, 3);
+  const HungSewn one = hang_sewn(whole, 3), two = hang_sewn(halves, 3);
   EXPECT_NEAR(two.lowest, one.lowest, 0.05);
   EXPECT_LT(two.measures.max_seam_gap, 1e-3);
 }
 
 INSTANTIATE_TEST_SUITE_P(
     Seams, SameBits,
-    testing::Values(SameBitsScene{"pillow", [](const TemporaryFolder&) { return pillow_of(14, true); }, 30, {5, 14},
+    testing::Values(SameBitsScene{"pillow",
+                                  [](const TemporaryFolder&) { return pillow_of(14, true); },
+                                  30,
+                                  {5, 14},
                                   [](const Simulation& end) { EXPECT_GT(end.measure().volume_ratios.at(0), 1); }},
-                    SameBitsScene{"closing", [](const TemporaryFolder&) { return pillow_of(40, false); }, 20, {3, 13},
+                    SameBitsScene{"closing",
+                                  [](const TemporaryFolder&) { return pillow_of(40, false); },
+                                  20,
+                                  {3, 13},
                                   [](const Simulation& end) { EXPECT_LT(end.measure().max_seam_gap, 2e-3); }},
-                    SameBitsScene{"hung", [](const TemporaryFolder&) {
-                                    return hung_cloth(40, true, {constraint("distance")});
-                                  },
-                                  20, {7}}),
+                    SameBitsScene{"hung",
+                                  [](const TemporaryFolder&) { return sewn_cloth(40, true, {constraint("distance")}); },
+                                  20,
+                                  {7}}),
     name_of_scene);
 
 }  // namespace
