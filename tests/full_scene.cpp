@@ -26,7 +26,7 @@ std::string full_scene() {
        {"type": "distance", "elements": ["edges", "shear"], "stiffness": 0.5, "rest_scale": 1.1},
        {"type": "distance_limit", "elements": ["shear"], "compliance": 1e-7, "limit": 0.2},
        {"type": "bending", "stiffness": 0.25, "rest_scale": 0},
-       {"type": "pressure", "compliance": 0, "volume_ratio": 1.2}]},
+       {"type": "pressure", "compliance": 0, "volume_ratio": 1.2, "with": ["ball"]}]},
     {"name": "sheet", "shape": {"grid": {"size": [1, 2], "cells": [16, 8]}}, "mass": 0.3,
      "transform": {"scale": 2},
      "pins": [
@@ -34,11 +34,13 @@ std::string full_scene() {
        {"box": {"min": [0, 0, 0], "max": [1, 0, 2]}},
        {"sphere": {"center": [1, 1, 1], "radius": 0.1}},
        {"nearest": [0, 0, 7]},
+       {"rim": "all"},
        {"particles": [0, 16], "release_time": 1.5,
         "motion": [{"time": 0.5}, {"time": 1, "translate": [0, 1, 0], "rotate": {"axis": [0, 1, 0], "degrees": 90}}]}],
      "attachments": [
        {"at": {"row": "first"}, "to": {"environment": "planet"}, "compliance": 0.001, "release_time": 2},
        {"at": {"sphere": {"center": [1, 0, 1], "radius": 0.2}}, "to": {"point": [0, 2, 0]}, "stiffness": 0.5},
+       {"at": {"rim": "all"}, "stiffness": 0.25},
        {"at": {"nearest": [0, 0, 1]}, "motion": [{"time": 0}, {"time": 1, "translate": [0, 1, 0]}]}],
      "tear": {"strain": 0.4}},
     {"name": "ball", "shape": {"sphere": {"radius": 0.5, "subdivisions": 3}}, "mass": 1,
@@ -65,6 +67,17 @@ std::string full_scene() {
       "points": [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [5, 0, 0]], "faces": [[0, 1, 2]], "lines": [[3, 4]],
       "tetrahedra": [[0, 1, 2, 3]]}}}
   ],
+  "seams": [
+    {"from": {"body": "sheet", "row": "last"}, "to": {"body": "crate", "rim": "all"}, "within": 0.02, "closing": 0.5,
+     "compliance": 1e-6},
+    {"from": {"body": "sheet", "rim": "all"}, "to": {"body": "ball", "sphere": {"center": [0, 1, 0], "radius": 0.1}},
+     "within": 0.5},
+    {"from": {"body": "rope", "row": "last"}, "to": {"body": "sheet", "row": "first"}, "within": 1},
+    {"from": {"body": "ball", "box": {"min": [0, 0, 0], "max": [1, 1, 1]}}, "to": {"body": "sheet", "nearest": [0, 1, 0]},
+     "within": 2},
+    {"from": {"body": "ball", "particles": [3]}, "to": {"body": "crate", "particles": [0, 2]}, "within": 2},
+    {"from": {"body": "ball", "nearest": [0, 1, 0]}, "to": {"body": "crate", "surface": true}, "within": 0.1},
+    {"from": {"body": "ball"}, "to": {"body": "crate"}, "pairs": [[0, 1], [2, 3]]}],
   "environment": [
     {"name": "statue", "shape": {"mesh": "meshes/y.off"}, "sides": "solid", "start_inside": "push_out"},
     {"name": "ground", "shape": {"grid": {"size": [9, 9], "cells": [1, 1]}}, "sides": "one_sided",
@@ -102,6 +115,7 @@ std::string full_scene() {
     "energy_not_above": -5, "energy_not_below": -50, "max_speed": {"at_least": 3},
     "bounds": {"min": [-1, -2, -3], "max": [1, 2, 3]}, "volume_ratio": [0.9, 1.1],
     "bodies": [{"name": "ball", "bounds": {"min": [-0.5, -1, -1.5], "max": [0.5, 1, 1.5]}}],
+    "max_seam_gap": 0.001,
     "inverted_tetrahedra": {"at_least": 1, "at_most": 3}
   }
 })";

@@ -86,7 +86,7 @@ void Residuals::add(const Model& model, const ConstraintSet& set) {
     own.rest.reserve(std::size_t(set.count()) * Kind::rest_values);
     for (int c = 0; c < set.count(); ++c) {
       double rest[Kind::rest_values];
-      rest_values<Kind>(rest_positions(model, set), c, material_of<Kind>(set), rest);
+      closed_rest_values<Kind>(rest_positions(model, set), c, material_of<Kind>(set), set.per_closing, rest);
       own.rest.insert(own.rest.end(), rest, rest + Kind::rest_values);
       if constexpr (multipliers<Kind>() > 1) {
         Vector3<double> q[Kind::particles], grad[Kind::particles];

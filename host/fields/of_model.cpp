@@ -23,7 +23,7 @@ ClosedSurface::ClosedSurface(const Model& model, const PressureSet& set)
     : particles(to_user_indices(model, set.particles.data(), set.particles.size())) {
   std::vector<int> place(model.x.size(), -1);
   for (std::size_t i = 0; i < set.particles.size(); ++i) place[set.particles[i]] = static_cast<int>(i);
-  const std::vector<Vec3>& X = model.at_rest();
+  const std::vector<Vec3>& X = model.at_rest(set);
   const Vector3<double> o = vector(X[set.particles[0]]);
   for (const Triangle& t : set.triangles) {
     triangles.push_back({place[t[0]], place[t[1]], place[t[2]]});

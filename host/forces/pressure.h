@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The pressure constraint of one closed body (kernels/forces/pressure.h), with its lambda.
+// The pressure constraint of one closed surface (kernels/forces/pressure.h), with its lambda: of a body, or of bodies
+// that seams join.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -25,12 +26,13 @@ class Pressure {
     compliance_ = set.compliance.value_or(0), alpha_ = compliance_ / (h * h);
     stiffness_ = stiffness_per_projection(set.stiffness, solver, 1);
     lay_out_fans(model.count(), set);
-    const PointArray<Serial, double> rest(model.at_rest());
+    const PointArray<Serial, double> rest(model.at_rest(set));
     rest_ = parallel_reduce<Sum>(Serial{}, triangles_,
                                  EnclosedVolume<Points<double>>{rest.points(), corners_on_host_.data(), origin_})
                 .value;
     target_ = set.volume_ratio * rest_;
     lay_out_most(model, set);
+    if (!set.followers.empty()) lay_out_followers(model.count(), set);
     corners_on_host_ = {};
   }
 
@@ -47,6 +49,11 @@ class Pressure {
   /// Computes the gradient at the start of the substep. With a filter spikes do not grow, and it needs no clamp.
   void start_substep(const Displaced<R>& p, const R* w, bool filtered) {
     PressureState* const state = state_.data();
+    if (has_followers()) {
+      const JoinInverseMasses<R> join{w, particle_.data(), follower_begin_.data(), followers_.data(), joined_w_.data()};
+      parallel_for(executor_, items(), join);
+      w = joined_w_.data();
+    }
     const PressureGradient<R> find{fans(StartPositions<R>{p}), w, particle_.data(), filtered ? nullptr : most_.data(),
                                    grad_.points()};
     parallel_reduce_into(executor_, items(), find, &state->sums);
@@ -57,8 +64,13 @@ class Pressure {
   }
 
   void project(const Displaced<R>& p, const R* w) {
+    if (has_followers()) w = joined_w_.data();
     find_push(p, w, {});
-    parallel_for(executor_, items(), ApplyPressure<R>{p, w, particle_.data(), grad_.points(), state_.data(), origin_});
+    const ApplyPressure<R> apply{p, w, particle_.data(), grad_.points(), state_.data(), origin_};
+    parallel_for(executor_, items(), apply);
+    if (has_followers())
+      parallel_for(executor_, static_cast<int>(followers_.size()),
+                   FollowPressure<R>{apply, leader_item_.data(), followers_.data()});
   }
 
   /// project() in two parts. Between them the filter maps `force`, the gradient at the start, to displacements `way`
@@ -82,11 +94,13 @@ class Pressure {
   }
   std::size_t member_bytes() const { return members_.bytes(); }
   std::size_t bytes() const {
-    return particle_.bytes() + begin_.bytes() + around_.bytes() + corners_.bytes() + most_.bytes() + grad_.bytes();
+    return particle_.bytes() + begin_.bytes() + around_.bytes() + corners_.bytes() + most_.bytes() + grad_.bytes() +
+           joined_w_.bytes() + follower_begin_.bytes() + followers_.bytes() + leader_item_.bytes();
   }
 
  private:
   int items() const { return static_cast<int>(particle_.size()); }
+  bool has_followers() const { return followers_.size() > 0; }
   template <class At>
   Fans<R, At> fans(const At& p) const {
     return {p, begin_.data(), around_.data()->data(), origin_};
@@ -126,7 +140,7 @@ class Pressure {
   /// volume.
   void lay_out_most(const Model& model, const PressureSet& set) {
     std::vector<double> around(model.count(), 0);  // m^2 of all faces around a particle
-    const std::vector<Vec3>& X = model.at_rest();
+    const std::vector<Vec3>& X = model.at_rest(set);
     for (const Triangle& t : set.triangles)
       for (const int corner : t) around[corner] += area(X[t[0]], X[t[1]], X[t[2]]);
     const double grown = std::cbrt(std::max(1.0, set.volume_ratio));
@@ -135,10 +149,22 @@ class Pressure {
     most_ = Array<Executor, R>(most);
   }
 
+  void lay_out_followers(int particles, const PressureSet& set) {
+    std::vector<int> item(particles, -1), leaders;
+    for (std::size_t i = 0; i < set.particles.size(); ++i) item[set.particles[i]] = static_cast<int>(i);
+    const CompressedLists<int> of(set.particles.size(), [&](const auto& add) {
+      for (const auto& [leader, follower] : set.followers) add(item[leader], follower);
+    });
+    for (int i = 0; i < items(); ++i) leaders.insert(leaders.end(), of[i].size(), i);
+    follower_begin_ = Array<Executor, int>(of.begin), followers_ = Array<Executor, int>(of.list);
+    leader_item_ = Array<Executor, int>(leaders), joined_w_ = Array<Executor, R>(particles, R(0));
+  }
+
   Executor executor_;
   Array<Executor, int> particle_, begin_, corners_, members_;
   Array<Executor, Edge> around_;
-  Array<Executor, R> most_;
+  Array<Executor, R> most_, joined_w_;  // joined_w_ and the following: of bodies that seams join
+  Array<Executor, int> follower_begin_, followers_, leader_item_;
   PointArray<Executor, R> grad_;
   Array<Executor, PressureState> state_;
   std::vector<int> corners_on_host_;

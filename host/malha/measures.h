@@ -23,6 +23,8 @@ struct Measures {
   int max_pinched = 0;                       ///< particles without a place between deforming surfaces, in any substep
   std::int64_t degenerate = 0;               ///< projections skipped for lack of a gradient
   std::vector<double> volume_ratios;         ///< volume / rest volume of each body with pressure or tetrahedra
+  bool has_seams = false;
+  double max_seam_gap = 0;  ///< m, the largest distance of what a seam joins; while it closes, the gap that is left
   bool has_tetrahedra = false;
   std::int64_t inverted_tetrahedra = 0;  ///< tetrahedra of negative volume
   double energy() const { return kinetic + potential + elastic; }

@@ -142,7 +142,11 @@ struct NearestPin {
 struct ListPin {
   std::vector<int> particles;  ///< vertices, in the numbering of the file or the shape
 };
-using Selector = std::variant<RowPin, BoxPin, SpherePin, NearestPin, ListPin>;
+/// The particles at the boundary of a mesh: those of edges with one face.
+struct RimPin {
+  std::optional<Vec3> nearest;  ///< m, of the closed line of the boundary that is nearest to this point; none: of all
+};
+using Selector = std::variant<RowPin, BoxPin, SpherePin, NearestPin, ListPin, RimPin>;
 
 /// Particles that are pinned: the solver does not move them.
 struct Pin {
@@ -198,6 +202,8 @@ struct ConstraintSpec {
   /// Of `membrane` and `plate`: the modulus above is that along, and the parameter contraction across over stretch
   /// along.
   std::optional<Orthotropy> orthotropy{};
+  /// Of `pressure`: the other bodies whose meshes, joined at seams with that of the body, enclose the volume.
+  std::vector<std::string> with{};
 };
 /// The modulus of a material by its key in scenes: "rigidity" or "young_modulus".
 inline std::optional<double>& modulus_of(ConstraintSpec& spec, const std::string& key) {
@@ -242,6 +248,25 @@ struct BodySpec {
   /// "": none.
   std::string material;
   std::vector<ConstraintSpec> constraints;
+};
+
+/// What a seam joins, on one of its two sides.
+struct SeamEnd {
+  std::string body;
+  std::optional<Selector> at;  ///< particles; none: with `pairs`, or the body's surface
+  bool surface = false;        ///< of `to`: the points of the surface that are closest at the start
+};
+
+/// A seam between two bodies, or two parts of one: particles whose gap at the start closes and which then are at one
+/// place. It turns freely, as a hinge does.
+struct SeamSpec {
+  SeamEnd from, to;
+  /// m, > 0: each particle of `from` is sewn to the nearest of `to` at the start, at most so far away; where both have as
+  /// many, each to one of its own. None: with `pairs`.
+  std::optional<double> within;
+  std::vector<Edge> pairs;  ///< vertices of `from` and of `to`, in the numbering of the files or shapes
+  double closing = 0;       ///< s, in which the gap shrinks to 0, at a constant rate; at least a step
+  double compliance = 0;    ///< m/N, >= 0
 };
 
 /// Sides of an environment mesh: a closed solid, a sheet that acts on the side of its normals, a sheet that acts on
@@ -355,6 +380,7 @@ struct Expect {
   std::optional<Vec3> bounds_min, bounds_max;                ///< m, box in which every particle must lie
   std::vector<ExpectOfBody> bodies;                          ///< boxes of single bodies
   std::optional<std::array<double, 2>> volume_ratio;  ///< volume / rest volume of bodies with pressure or tetrahedra
+  Range max_seam_gap;                                 ///< m, largest distance of particles that a seam joins
   Range inverted_tetrahedra;                          ///< number of tetrahedra with negative volume
 };
 
@@ -411,6 +437,7 @@ struct Scene {
   std::optional<Wind> wind;
   std::optional<Sleep> sleep;                ///< none: the scene never sleeps
   std::vector<BodySpec> bodies;              ///< at least one
+  std::vector<SeamSpec> seams;               ///< joints of bodies
   std::vector<EnvironmentSpec> environment;  ///< if it has no mesh, Embree is not used
   std::optional<SelfCollision> self_collision;
   double duration = 1;  ///< s

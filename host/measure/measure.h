@@ -7,6 +7,7 @@
 
 #include "host/measure/strain.h"
 #include "host/model/model.h"
+#include "host/model/seams.h"
 #include "kernels/constraints/constraint_registry.h"
 #include "kernels/measure/energies.h"
 #include "kernels/projection/rest.h"
@@ -36,6 +37,7 @@ Measures measure_motion(const Executor& executor, const Particles<R>& particles,
 template <class Executor>
 void measure_set(const Executor& executor, const Model& model, const ConstraintSet& set, const std::vector<Vec3>& x,
                  Measures& m, Residual& lengths) {
+  if (set.per_closing > 0) return;  // of seams, see measure_seams()
   with_kind(set.type, [&]<class Kind>(Kind) {
     const double* softness = set.softness.empty() ? nullptr : set.softness.data();
     const int* particles = set.particles.data();
@@ -54,6 +56,27 @@ void measure_set(const Executor& executor, const Model& model, const ConstraintS
       m.elastic += r.softened / (2 * *set.compliance);
     if (set.type == Distance::name) lengths += r;
   });
+}
+
+/// Adds the gap of seams and their elastic energy at x (the solver's order) and a time, s.
+inline void measure_seams(const Model& model, const std::vector<Vec3>& x, double time, Measures& m) {
+  for (const ConstraintSet& set : model.sets) {
+    if (!is_seam(set)) continue;
+    m.has_seams = true;
+    with_kind(set.type, [&]<class Kind>(Kind) {
+      const double factor = closing_factor(set.per_closing, time);
+      for (int c = 0; c < set.count(); ++c) {
+        double rest[Kind::rest_values], gap = 0;
+        rest_values<Kind>(rest_positions(model, set), c, material_of<Kind>(set), rest);
+        Vector3<double> q[Kind::particles], grad[Kind::particles];
+        corners<Kind>(x.data(), &set.particles[std::size_t(c) * Kind::particles], q);
+        Kind::evaluate(q, rest, true, grad, gap);  // the scale of these kinds is the gap
+        m.max_seam_gap = std::max(m.max_seam_gap, gap);
+        const double C = gap - rest[0] * factor;
+        if (set.alpha(c) > 0) m.elastic += C * C / (2 * set.alpha(c));
+      }
+    });
+  }
 }
 
 /// Runs of `distance` constraints of one set and one body, which are consecutive in their set.

@@ -4,12 +4,15 @@
 #include <algorithm>
 #include <limits>
 
+#include "host/base/disjoint_sets.h"
 #include "host/base/median.h"
+#include "host/base/spelling_suggestion.h"
 #include "host/mesh/generate.h"
 #include "host/mesh/geodesic.h"
 #include "host/mesh/topology.h"
 #include "host/mesh/vectors.h"
 #include "host/mesh/weld.h"
+#include "host/model/joined_mesh.h"
 #include "host/model/material.h"
 #include "host/model/softening.h"
 #include "host/model/stencils.h"
@@ -90,6 +93,9 @@ ListedElements list_elements(Element element, const Body& body, const Constraint
           listed.remainder.softness[k] /= rigidity_across(shape, winged.hinges[k], *two_moduli);
       break;
     }
+    case Element::SewnPairs:
+    case Element::AttachedPoints:
+      break;  // those of the scene's seams
   }
   return listed;
 }
@@ -214,8 +220,18 @@ void limit_contrast(const Model& model, ConstraintSet& set) {
 
 class ConstraintBuilder {
  public:
-  ConstraintBuilder(Model& model, std::vector<Body>& bodies, const std::vector<int>& solver_of, bool torn)
-      : model_(model), bodies_(bodies), solver_of_(solver_of), torn_(torn), sets_of_body_(bodies.size()) {}
+  ConstraintBuilder(Model& model, std::vector<Body>& bodies, const std::vector<Joints>& joints,
+                    const std::vector<int>& solver_of, bool torn)
+      : model_(model),
+        bodies_(bodies),
+        joints_(joints),
+        solver_of_(solver_of),
+        torn_(torn),
+        sets_of_body_(bodies.size()) {
+    if (joints.empty()) return;
+    place_ = places_of_particles(static_cast<int>(solver_of.size()), joints);
+    find_sewn_bodies();
+  }
 
   /// Adds the constraints kind by kind in the registry's order, so that sweeps do not depend on the order in the scene.
   /// Sets that bodies share keep each body's order (find_set).
@@ -223,6 +239,7 @@ class ConstraintBuilder {
     if (!torn_)
       for (std::size_t b = 0; b < bodies_.size(); ++b) note_anisotropy(b);
     for_each_constraint([this]<class Kind>(Kind) {
+      if (!is_of_mesh<Kind>()) return add_joints<Kind>();
       each_spec(name_in_scenes<Kind>(), [this](std::size_t b, const ConstraintSpec& spec, const std::string& place) {
         if (spec.orthotropy.has_value() != std::is_same_v<Material<Kind>, Orthotropic>) return;
         ConstraintSpec of = spec;
@@ -238,7 +255,11 @@ class ConstraintBuilder {
         for (int& corner : t) corner = solver_of_[model_.render_mesh.body_begin[b] + corner];
     }
     each_spec("pressure",
-              [this](std::size_t b, const ConstraintSpec& spec, const std::string&) { add_pressure(b, spec); });
+              [this](std::size_t b, const ConstraintSpec& spec, const std::string& place) {
+                std::vector<std::size_t> with = bodies_with(b, spec, place);
+                with.size() > 1 || is_sewn_to_itself(b) ? add_joined_pressure(std::move(with), spec, place)
+                                                        : add_pressure(b, spec);
+              });
     each_spec("long_range", [this](std::size_t b, const ConstraintSpec& spec, const std::string& place) {
       add_long_range(b, spec, place);
     });
@@ -412,12 +433,21 @@ class ConstraintBuilder {
       if (set.count() > 0) model_.stencils.push_back(std::move(set));
       return;
     }
-    const auto presses = [](const ConstraintSpec& other) { return other.type == "pressure"; };
-    const bool pressed = std::ranges::any_of(model_.scene.bodies[b].constraints, presses);
+    const bool pressed = is_pressed(b);
     ConstraintSet& set = find_set(b, spec, Kind::particles, compliance, all, pressed);
     set.particles.insert(set.particles.end(), all.particles.begin(), all.particles.end());
     set.softness.insert(set.softness.end(), all.softness.begin(), all.softness.end());
     set.rest_corners.insert(set.rest_corners.end(), all.rest_corners.begin(), all.rest_corners.end());
+  }
+
+  /// Tells whether a pressure acts on a body, its own or that of another body with it.
+  bool is_pressed(std::size_t b) const {
+    const std::vector<BodySpec>& all = model_.scene.bodies;
+    for (std::size_t other = 0; other < all.size(); ++other)
+      for (const ConstraintSpec& spec : all[other].constraints)
+        if (spec.type == "pressure" && (other == b || std::ranges::find(spec.with, all[b].name) != spec.with.end()))
+          return true;
+    return false;
   }
 
   /// Removes elements whose particles are all pinned.
@@ -487,17 +517,145 @@ class ConstraintBuilder {
              "a rest shape with a volume, or \"uv\", with which pressure refers to the volume at the start");
   }
 
+  /// Body b and those with which it encloses the volume of a pressure.
+  std::vector<std::size_t> bodies_with(std::size_t b, const ConstraintSpec& spec, const std::string& place) const {
+    std::vector<std::size_t> all{b};
+    std::vector<std::string> names;
+    for (const BodySpec& body : model_.scene.bodies) names.push_back(body.name);
+    for (std::size_t k = 0; k < spec.with.size(); ++k) {
+      const auto found = static_cast<std::size_t>(std::ranges::find(names, spec.with[k]) - names.begin());
+      const std::string here = place + "/with/" + std::to_string(k);
+      if (found == names.size())
+        refuse(model_.scene.file, here, "unknown body '" + spec.with[k] + "'" + did_you_mean(spec.with[k], names),
+               join(names));
+      if (std::ranges::find(all, found) != all.end())
+        refuse(model_.scene.file, here, "'" + spec.with[k] + "' a second time", "each of the other bodies once");
+      all.push_back(found);
+    }
+    return all;
+  }
+
+  bool is_sewn_to_itself(std::size_t b) const {
+    const std::vector<int>& begin = model_.render_mesh.body_begin;
+    const auto is_own = [&](int i) { return begin[b] <= i && i < begin[b + 1]; };
+    return std::ranges::any_of(joints_, [&](const Joints& one) {
+      return !one.to_surface && is_own(one.particles[0]) && is_own(one.particles[1]);
+    });
+  }
+
+  /// A pressure in what seams close. Particles at one place are one point of its mesh, that of the lowest of them, and
+  /// move as one.
+  void add_joined_pressure(std::vector<std::size_t> with, const ConstraintSpec& spec, const std::string& place) {
+    if (model_.scene.solver.type == "desbrun")
+      refuse(model_.scene.file, place, "a pressure in several bodies under Desbrun's method, whose filter has no seams",
+             "a pressure in one closed body, or solver type pbd");
+    if (place_.empty())
+      refuse(model_.scene.file, place + "/with", "bodies that no seam joins", "a scene with \"seams\"");
+    const JoinedMesh joined = malha::join(bodies_, with, place_, model_.render_mesh.body_begin);
+    require_closed(joined, model_.scene.file, place, [this](int user) { return name_of(user); });
+    PressureSet set{spec.parameter, spec.stiffness, spec.compliance, {}, triangles(joined.mesh)};
+    for (Triangle& t : set.triangles)
+      for (int& corner : t) corner = solver_of_[joined.particles[corner][0]];
+    for (const std::vector<int>& all : joined.particles) {
+      set.particles.push_back(solver_of_[all[0]]);
+      for (std::size_t k = 1; k < all.size(); ++k) set.followers.push_back({solver_of_[all[0]], solver_of_[all[k]]});
+    }
+    model_.pressures.push_back(std::move(set));
+  }
+
+  std::string name_of(int user) const {
+    const auto& begin = model_.render_mesh.body_begin;
+    const auto b = static_cast<std::size_t>(std::ranges::upper_bound(begin, user) - begin.begin() - 1);
+    return "particle " + std::to_string(vertex_of(bodies_[b].mesh.vertices, user - begin[b])) + " of body '" +
+           model_.scene.bodies[b].name + "'";
+  }
+
+  /// Adds the joints of this kind, those of all seams that are alike to one set.
+  template <class Kind>
+  void add_joints() {
+    const std::size_t first = model_.sets.size();
+    for (const Joints& one : joints_) {
+      if (one.to_surface != std::is_same_v<Kind, SurfaceAttachment>) continue;
+      const auto is_alike = [&](const ConstraintSet& set) {
+        return set.compliance == one.compliance && set.per_closing == one.per_closing;
+      };
+      auto set = std::find_if(model_.sets.begin() + static_cast<std::ptrdiff_t>(first), model_.sets.end(), is_alike);
+      if (set == model_.sets.end()) {
+        set = model_.sets.insert(set, ConstraintSet{Kind::name, Kind::particles, 1, one.compliance, 1, {}, {}});
+        set->per_closing = one.per_closing;
+      }
+      for (const int i : one.particles) set->particles.push_back(solver_of_[i]);
+    }
+  }
+
+  /// Finds the bodies that seams connect with each body.
+  void find_sewn_bodies() {
+    DisjointSets groups(static_cast<int>(bodies_.size()));
+    const auto& begin = model_.render_mesh.body_begin;
+    const auto body = [&](int user) {
+      return static_cast<int>(std::ranges::upper_bound(begin, user) - begin.begin()) - 1;
+    };
+    for (const Joints& one : joints_)
+      if (!one.to_surface) groups.join(body(one.particles[0]), body(one.particles[1]));
+    sewn_with_.resize(bodies_.size());
+    for (std::size_t b = 0; b < bodies_.size(); ++b)
+      for (std::size_t other = 0; other < bodies_.size(); ++other)
+        if (groups.root(static_cast<int>(b)) == groups.root(static_cast<int>(other))) sewn_with_[b].push_back(other);
+  }
+
   /// The solver's particles of a body.
   std::vector<int> solver_particles(std::size_t b) const {
     const auto first = solver_of_.begin() + model_.render_mesh.body_begin[b];
     return {first, first + static_cast<std::ptrdiff_t>(bodies_[b].mesh.points.size())};
   }
 
+  /// Tells whether tethers of a body run over the seams to pins of other bodies.
+  bool has_tethers_over_seams(std::size_t b) const {
+    if (sewn_with_.empty() || (sewn_with_[b].size() == 1 && !is_sewn_to_itself(b))) return false;
+    return std::ranges::all_of(sewn_with_[b], [this](std::size_t one) {
+      return bodies_[one].mesh.lines.empty() && bodies_[one].mesh.tetrahedra.empty() && !bodies_[one].mesh.faces.empty();
+    });
+  }
+  /// Attaches the particles of a body to the pins of all that seams join with it. What a seam has not closed yet does
+  /// not pull: no tether is shorter than the distance at the start.
+  void attach_over_seams(std::size_t b, double limit) {
+    const std::vector<int>& begin = model_.render_mesh.body_begin;
+    const JoinedMesh joined = malha::join(bodies_, sewn_with_[b], place_, begin);
+    std::vector<int> solver_index;  // of each point: a pinned particle if there is one, or else one of the body
+    std::vector<bool> pinned, own;
+    for (const std::vector<int>& all : joined.particles) {
+      const auto is_pinned = [&](int i) { return model_.w[solver_of_[i]] == 0; };
+      const auto is_own = [&](int i) { return begin[b] <= i && i < begin[b + 1]; };
+      const auto pin = std::ranges::find_if(all, is_pinned), of_body = std::ranges::find_if(all, is_own);
+      pinned.push_back(pin != all.end()), own.push_back(of_body != all.end());
+      solver_index.push_back(solver_of_[pin != all.end() ? *pin : of_body != all.end() ? *of_body : all[0]]);
+    }
+    LongRangeSet set;
+    attach_long_range(joined.shape(), edges(joined.mesh), pinned, limit, solver_index, set);
+    std::vector<bool> is_tethered(model_.x.size(), false);
+    for (std::size_t k = 0; k < own.size(); ++k) is_tethered[solver_index[k]] = own[k];
+    LongRangeSet& all = model_.long_range;
+    if (all.begin.empty()) all.begin = {0};
+    for (int k = 0; k < set.items(); ++k) {
+      const int i = set.particle[k];
+      if (!is_tethered[i]) continue;
+      all.particle.push_back(i);
+      for (int a = set.begin[k]; a < set.begin[k + 1]; ++a) {
+        const double start = distance(model_.x[i], model_.x[set.anchor[a]]);
+        all.anchor.push_back(set.anchor[a]), all.max_distance.push_back(std::max(set.max_distance[a], start));
+      }
+      all.begin.push_back(static_cast<int>(all.anchor.size()));
+    }
+  }
+
   void add_long_range(std::size_t b, const ConstraintSpec& spec, const std::string& place) {
     const Body& body = bodies_[b];
     const int before = model_.long_range.items();
-    attach_long_range(body.shape(), body.edges, body.boundary.pinned, spec.parameter, solver_particles(b),
-                      model_.long_range);
+    if (has_tethers_over_seams(b))
+      attach_over_seams(b, spec.parameter);
+    else
+      attach_long_range(body.shape(), body.edges, body.boundary.pinned, spec.parameter, solver_particles(b),
+                        model_.long_range);
     if (model_.long_range.items() > before) return;
     const auto& pinned = body.boundary.pinned;
     if (std::ranges::find(pinned, false) == pinned.end()) return;
@@ -519,15 +677,19 @@ class ConstraintBuilder {
 
   Model& model_;
   std::vector<Body>& bodies_;
+  const std::vector<Joints>& joints_;
   const std::vector<int>& solver_of_;
   bool torn_;
   std::vector<std::vector<std::size_t>> sets_of_body_;  // of each body, in the order of projection
+  std::vector<int> place_;                              // see places_of_particles(); empty without seams
+  std::vector<std::vector<std::size_t>> sewn_with_;     // the bodies of each body's component; empty without seams
 };
 
 }  // namespace
 
-void build_constraints(Model& model, std::vector<Body>& bodies, const std::vector<int>& solver_of, bool torn) {
-  ConstraintBuilder(model, bodies, solver_of, torn).run();
+void build_constraints(Model& model, std::vector<Body>& bodies, const std::vector<Joints>& joints,
+                       const std::vector<int>& solver_of, bool torn) {
+  ConstraintBuilder(model, bodies, joints, solver_of, torn).run();
 }
 
 void add_air_faces(const Mesh& mesh, const std::vector<int>& solver_index, AirFaces& all) {

@@ -13,6 +13,7 @@
 #include "host/mesh/topology.h"
 #include "host/model/model.h"
 #include "host/model/rest_graph.h"
+#include "host/model/seams.h"
 #include "kernels/constraints/constraint_registry.h"
 
 namespace malha {
@@ -190,6 +191,7 @@ class GraphBuilder {
     for (std::size_t s = 0; s < model_.sets.size(); ++s) {
       if (model_.sets[s].type == Distance::name) add_springs(static_cast<int>(s));
       if (is_membrane(model_.sets[s])) add_membrane(static_cast<int>(s));
+      if (is_seam(model_.sets[s])) add_joints(static_cast<int>(s));
     }
     find_parts();
     const auto elastic = [this] { return std::ranges::any_of(alpha_, [](double a) { return a > 0; }); };
@@ -224,6 +226,16 @@ class GraphBuilder {
         length = norm(vector(set.rest_corners[2 * c]) - vector(set.rest_corners[2 * c + 1]));
       add(a, b, length * set.parameter, s, set.alpha(c));
     }
+  }
+  /// A joint is as long as its gap at the start, or, of an attachment, as the distances of its particle from the
+  /// corners: levels let a gap close, and do not close it.
+  void add_joints(int s) {
+    const ConstraintSet& set = model_.sets[s];
+    for (std::size_t k = 0; k < set.particles.size(); k += set.arity)
+      for (int j = 1; j < set.arity; ++j) {
+        const int a = set.particles[k], b = set.particles[k + j];
+        add(model_.user_index[a], model_.user_index[b], norm(vector(model_.x[a]) - vector(model_.x[b])), s, 0);
+      }
   }
   static bool is_membrane(const ConstraintSet& set) {
     return set.type == Membrane::name || set.type == OrthotropicMembrane::name;
@@ -283,6 +295,7 @@ class GraphBuilder {
     std::vector<double> stiffest(graph_.parts.size(), 0);
     const auto of = [&](const Link& l) -> Mean& { return mean[{graph_.part[l.a], l.set}]; };
     for (std::size_t k = 0; k < alpha_.size(); ++k) {
+      if (is_seam(model_.sets[graph_.links[k].set])) continue;
       Mean& m = of(graph_.links[k]);
       m.sum += alpha_[k] > 0 ? graph_.links[k].length / alpha_[k] : HUGE_VAL, ++m.count;
     }
@@ -290,7 +303,7 @@ class GraphBuilder {
     std::size_t kept = 0;
     for (std::size_t k = 0; k < alpha_.size(); ++k) {
       const Link l = graph_.links[k];
-      if (!(of(l).value() >= kMuchSofter * stiffest[graph_.part[l.a]])) continue;
+      if (!is_seam(model_.sets[l.set]) && !(of(l).value() >= kMuchSofter * stiffest[graph_.part[l.a]])) continue;
       graph_.links[kept] = l, alpha_[kept++] = alpha_[k];
     }
     graph_.links.resize(kept), alpha_.resize(kept);

@@ -22,7 +22,7 @@ void for_each_array(M& model, const Visit& visit) {
   for (auto* sets : {&model.sets, &model.stencils})
     for (auto& set : *sets) visit(set.particles), visit(set.softness), visit(set.rest_corners);
   for (auto& set : model.springs) visit(set.ends), visit(set.stiffness), visit(set.rest);
-  for (auto& set : model.pressures) visit(set.particles), visit(set.triangles);
+  for (auto& set : model.pressures) visit(set.particles), visit(set.triangles), visit(set.followers);
   for (auto& body : model.tetrahedra) visit(body);
   visit(model.damped), visit(model.free);
   visit(model.long_range.particle), visit(model.long_range.begin);

@@ -15,6 +15,7 @@
 #include "host/model/memory_estimate.h"
 #include "host/model/ordering/index_map.h"
 #include "host/model/ordering/order.h"
+#include "host/model/seams.h"
 #include "host/model/self_surface.h"
 #include "host/model/tear.h"
 #include "host/model/unlikely.h"
@@ -45,6 +46,7 @@ void renumber(Model& model, const std::vector<int>& order) {
     for (Triangle& t : set.triangles) std::ranges::for_each(t, remap);
     std::ranges::for_each(set.particles, remap);
     std::ranges::sort(set.particles);
+    for (Edge& e : set.followers) std::ranges::for_each(e, remap);
   }
   for (std::vector<int>* list : {&model.long_range.particle, &model.long_range.anchor, &model.air.particle})
     std::for_each(list->begin(), list->end(), remap);
@@ -74,6 +76,7 @@ void check_expectations(const Scene& scene, bool tetrahedra) {
   needs(bool(expect.rms_strain), distance, "rms_strain", "strain in a scene without distance constraints");
   needs(expect.volume_ratio.has_value(), pressure || tetrahedra, "volume_ratio",
         "volume in a scene without pressure and without tetrahedra");
+  needs(bool(expect.max_seam_gap), !scene.seams.empty(), "max_seam_gap", "seams in a scene without any");
   needs(bool(expect.inverted_tetrahedra), tetrahedra, "inverted_tetrahedra", "tetrahedra in a scene without any");
   needs(bool(expect.max_crossings), scene.self_collision.has_value() || names_edges(scene), "max_crossings",
         "crossings in a scene without self_collision and without objects that name \"edges\"");
@@ -124,14 +127,17 @@ class Builder {
     if (!torn_) set_default_thickness();
     check_expectations(scene,
                        std::ranges::any_of(bodies_, [](const Body& body) { return !body.mesh.tetrahedra.empty(); }));
+    joints_ = find_joints(scene, bodies_, model_.render_mesh.body_begin);
     took.order = seconds([this] { order_particles(); });
-    took.build_constraints = seconds([this] { build_constraints(model_, bodies_, solver_of_, torn_ != nullptr); });
+    took.build_constraints =
+        seconds([this] { build_constraints(model_, bodies_, joints_, solver_of_, torn_ != nullptr); });
     if (corrects_momenta()) find_free_islands();
     took.patches = seconds([this] { cut(); });
     if (torn_)
       model_.notes = *torn_->notes;
     else
       for (std::string& line : unlikely_settings(model_, bodies_)) model_.notes.push_back(std::move(line));
+    if (!torn_) note_fast_seams(model_);
     if (scene.self_collision) {
       const SelfSurface surface = self_surface(model_);
       check_pairs(model_, surface), check_crossings(model_, surface);
@@ -195,6 +201,8 @@ class Builder {
     for (std::size_t b = 0; b < bodies_.size(); ++b)
       for (const Edge& e : bodies_[b].edges)
         all.push_back({e[0] + render_mesh.body_begin[b], e[1] + render_mesh.body_begin[b]});
+    const std::vector<Edge> sewn = edges_of(joints_);
+    all.insert(all.end(), sewn.begin(), sewn.end());
     int count = 0;
     const std::vector<int> component = components(n, all, count);
     model_.user_index = solver_order(render_mesh.points, component, count, all);
@@ -301,7 +309,8 @@ class Builder {
   std::vector<Body> bodies_;
   std::vector<int> solver_of_;
   std::vector<int> component_;  // component of each particle; the cut into patches does not change it
-  std::vector<Edge> edges_;     // of all bodies, in the order before the cut
+  std::vector<Joints> joints_;  // of the scene's seams
+  std::vector<Edge> edges_;     // of all bodies and joints, in the order before the cut
 };
 
 }  // namespace

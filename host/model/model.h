@@ -34,6 +34,7 @@ struct ConstraintSet {
   std::vector<Vec3> rest_corners{};
   bool pressed = false;                      // true if its bodies have a pressure
   std::optional<Orthotropic> orthotropic{};  // of kinds of orthotropic material, whose compliance is that along
+  double per_closing = 0;                    // 1/s, of seams: the rate at which their gaps close
   int count() const { return static_cast<int>(particles.size()) / arity; }
   /// The compliance of constraint c; 0 if the set has none.
   double alpha(int c) const { return compliance.value_or(0) * (softness.empty() ? 1 : softness[c]); }
@@ -48,12 +49,14 @@ Material<Kind> material_of(const ConstraintSet& set) {
     return set.parameter;
 }
 
-/// Pressure of a closed body.
+/// Pressure of a closed body, or of bodies whose meshes are closed where seams join them.
 struct PressureSet {
   double volume_ratio = 1, stiffness = 1;  // target volume over rest volume
   std::optional<double> compliance;        // m^5/N
   std::vector<int> particles;              // all particles of the closed mesh
   std::vector<Triangle> triangles;         // of the closed mesh
+  // A particle of the closed mesh and another one that a seam holds at its place, which moves with it.
+  std::vector<Edge> followers{};
 };
 
 /// Springs of Desbrun's method.
@@ -161,6 +164,8 @@ struct Model {
   std::vector<Vec3> rest_x;
   int count() const { return static_cast<int>(x.size()); }
   const std::vector<Vec3>& at_rest() const { return rest_x.empty() ? x : rest_x; }
+  /// The same of a pressure: that of several bodies, whose rest shapes lie anywhere, refers to the start.
+  const std::vector<Vec3>& at_rest(const PressureSet& set) const { return set.followers.empty() ? at_rest() : x; }
 };
 
 /// The rest positions of a set's constraints, for rest_values() (kernels/projection/rest.h).
@@ -193,12 +198,13 @@ int body_of(const Model& model, int user_index);
 /// The body of each particle, in the solver's order.
 std::vector<int> bodies_of(const Model& model);
 
-/// True if an object of the environment has "edges".
-bool names_edges(const Scene& scene);
 /// Tells whether an object is a mesh that does not deform.
 inline bool is_rigid_mesh(const EnvironmentMesh& object) { return !object.exact && !object.spec.animation; }
 /// Numbers of objects of the environment that are such meshes, and exact shapes; the others are meshes that deform.
 std::size_t mesh_count(const Model& model);
 std::size_t shape_count(const Model& model);
+
+/// True if an object of the environment has "edges".
+bool names_edges(const Scene& scene);
 
 }  // namespace malha

@@ -4,6 +4,8 @@
 #include <algorithm>
 
 #include "host/base/spelling_suggestion.h"
+#include "host/mesh/edge_sides.h"
+#include "host/mesh/topology.h"
 #include "host/mesh/vectors.h"
 #include "host/mesh/weld.h"
 #include "host/model/model.h"
@@ -46,6 +48,25 @@ class ParticleFinder {
   }
   /// The vertices in the numbering of the file.
   std::vector<int> operator()(const ListPin& pin) const { return pin.particles; }
+  std::vector<int> operator()(const RimPin& pin) const {
+    std::vector<Edge> rim;
+    const auto visit = [this](const auto& add) { for_each_face_side(mesh_.faces, add); };
+    for_each_edge(sorted_sides(mesh_.points.size(), visit), [&rim](auto first, auto last) {
+      if (last - first == 1) rim.push_back({first->low, first->high});
+    });
+    std::vector<bool> at_rim(n_, false);
+    for (const auto& [a, b] : rim) at_rim[a] = at_rim[b] = true;
+    std::vector<int> found;
+    for (int i = 0; i < n_; ++i)
+      if (at_rim[i]) found.push_back(i);
+    if (!pin.nearest || found.empty()) return found;
+    int parts = 0;
+    const std::vector<int> line = components(n_, rim, parts);
+    const int nearest = *std::ranges::min_element(
+        found, {}, [&](int i) { return squared_distance(mesh_.points[i], *pin.nearest); });
+    std::erase_if(found, [&](int i) { return line[i] != line[nearest]; });
+    return found;
+  }
 
  private:
   template <class Test>
@@ -65,7 +86,7 @@ class ParticleFinder {
 class BoundaryConditionBuilder {
  public:
   BoundaryConditionBuilder(const Scene& scene, std::size_t body, const Mesh& mesh)
-      : scene_(scene), spec_(scene.bodies[body]), mesh_(mesh), body_("/bodies/" + std::to_string(body)) {}
+      : scene_(scene), number_(body), spec_(scene.bodies[body]), mesh_(mesh), body_("/bodies/" + std::to_string(body)) {}
 
   BoundaryConditions build() {
     const std::size_t n = mesh_.points.size();
@@ -81,28 +102,8 @@ class BoundaryConditionBuilder {
   }
 
  private:
-  /// The selected particles, ascending, each once.
   std::vector<int> select(const Selector& selector, const std::string& here, const std::string& allowed) const {
-    std::vector<int> found = std::visit(ParticleFinder(spec_.shape, mesh_), selector);
-    if (found.empty()) refuse(scene_.file, here, "no particle there", allowed + " (rows are for grids and chains)");
-    if (std::holds_alternative<ListPin>(selector)) map_to_points(found, here);
-    std::ranges::sort(found);
-    found.erase(std::unique(found.begin(), found.end()), found.end());
-    return found;
-  }
-
-  /// Replaces vertices of the file by the points that they became.
-  void map_to_points(std::vector<int>& vertices, const std::string& here) const {
-    const std::vector<int> points = points_of_vertices(mesh_.vertices, static_cast<int>(mesh_.points.size()));
-    const int n = static_cast<int>(points.size());
-    for (int& i : vertices) {
-      const std::string found = "particle " + std::to_string(i);
-      if (i < 0 || i >= n) refuse(scene_.file, here, found, "0 to " + std::to_string(n - 1));
-      if (points[i] < 0)
-        refuse(scene_.file, here, found + ", a vertex of no face, line or tetrahedron",
-               "vertices of faces, lines or tetrahedra");
-      i = points[i];
-    }
+    return select_particles(scene_, number_, mesh_, selector, here, allowed);
   }
 
   void add_pin(const std::string& here, Target target, std::optional<double> release_time, std::vector<int> particles) {
@@ -149,6 +150,7 @@ class BoundaryConditionBuilder {
   }
 
   const Scene& scene_;
+  std::size_t number_;
   const BodySpec& spec_;
   const Mesh& mesh_;
   std::string body_;
@@ -165,6 +167,32 @@ std::vector<bool> in_moved_pins(const Model& model) {
 }
 
 }  // namespace
+
+std::vector<int> points_of(const Scene& scene, const Mesh& mesh, std::vector<int> vertices, const std::string& here) {
+  const std::vector<int> points = points_of_vertices(mesh.vertices, static_cast<int>(mesh.points.size()));
+  const int n = static_cast<int>(points.size());
+  for (int& i : vertices) {
+    const std::string found = "particle " + std::to_string(i);
+    if (i < 0 || i >= n) refuse(scene.file, here, found, "0 to " + std::to_string(n - 1));
+    if (points[i] < 0)
+      refuse(scene.file, here, found + ", a vertex of no face, line or tetrahedron",
+             "vertices of faces, lines or tetrahedra");
+    i = points[i];
+  }
+  return vertices;
+}
+
+std::vector<int> select_particles(const Scene& scene, std::size_t body, const Mesh& mesh, const Selector& selector,
+                                  const std::string& here, const std::string& allowed) {
+  std::vector<int> found = std::visit(ParticleFinder(scene.bodies[body].shape, mesh), selector);
+  if (found.empty())
+    refuse(scene.file, here, "no particle there",
+           allowed + " (rows are for grids and chains, rims for meshes that are not closed)");
+  if (std::holds_alternative<ListPin>(selector)) found = points_of(scene, mesh, std::move(found), here);
+  std::ranges::sort(found);
+  found.erase(std::unique(found.begin(), found.end()), found.end());
+  return found;
+}
 
 std::vector<bool> BoundaryConditions::at_start() const {
   std::vector<bool> all = pinned;

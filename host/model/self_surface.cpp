@@ -12,6 +12,7 @@
 #include "host/model/box_tree.h"
 #include "host/model/edge_triangle_intersection.h"
 #include "host/model/ordering/index_map.h"
+#include "host/model/seams.h"
 #include "host/model/tear.h"
 #include "kernels/self_collision/contact_block.h"
 #include "malha/error.h"
@@ -65,6 +66,12 @@ SelfSurface surface_of(const Model& model, const std::vector<std::string>& named
     for (std::size_t e = before; e < surface.simplices.size(); ++e)
       for (int& corner : surface.simplices[e].corner) corner = number[first + corner];
     for (int i = 0; i < particles; ++i) surface.takes_part[number[first + i]] = 1;
+  }
+  surface.sewn_body = surface.body;
+  if (!model.scene.seams.empty()) {
+    surface.sewn = sewn_particles(model);
+    const std::vector<int> sewn = sewn_bodies(model);
+    for (int& body : surface.sewn_body) body = sewn[body];
   }
   const auto lowest = [](const Simplex& e) { return std::min({e.corner[0], e.corner[1], e.corner[2]}); };
   std::ranges::stable_sort(surface.simplices,
@@ -126,6 +133,12 @@ Parts parts_of(const SelfSurface& surface) {
   return parts;
 }
 
+/// Tells whether a seam holds a particle at a corner of a triangle, or at the triangle.
+bool is_sewn(const SelfSurface& surface, int particle, const Triangle& face) {
+  return std::ranges::any_of(surface.sewn[particle],
+                             [&](int i) { return i == face[0] || i == face[1] || i == face[2]; });
+}
+
 /// Finds the pairs by a tree of the triangles' boxes, independently of the solver's broad phase. With `touching`, pairs
 /// of different bodies that touch count too.
 std::vector<CrossingPair> find_crossings(const SelfSurface& surface, const std::vector<Vec3>& x, bool touching,
@@ -151,6 +164,7 @@ std::vector<CrossingPair> find_crossings(const SelfSurface& surface, const std::
       const auto& [a, b, c] = faces[f];
       if (tests != nullptr) ++*tests;
       if (p == a || p == b || p == c || q == a || q == b || q == c) return;
+      if (!surface.sewn.list.empty() && (is_sewn(surface, p, faces[f]) || is_sewn(surface, q, faces[f]))) return;
       const bool meet = touching && surface.body[p] != surface.body[a] ? touches(x[p], x[q], x[a], x[b], x[c])
                                                                        : crosses(x[p], x[q], x[a], x[b], x[c]);
       if (meet) crossed.push_back(f);

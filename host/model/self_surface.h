@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "host/mesh/compressed_lists.h"
 #include "host/model/model.h"
 #include "kernels/geometry/simplex.h"
 
@@ -14,6 +15,8 @@ struct SelfSurface {
   std::vector<Simplex> simplices;         // in the solver's numbering, ordered by their lowest particles
   std::vector<unsigned char> takes_part;  // 1 for each particle that collides
   std::vector<int> body;                  // of each particle
+  std::vector<int> sewn_body;             // of each particle the lowest of the bodies that seams connect with its own
+  CompressedLists<int> sewn;              // see sewn_particles(): pairs of these do not collide
   int particles = 0, edges = 0, triangles = 0;
 };
 
@@ -33,7 +36,7 @@ struct CrossingPair {
   Triangle triangle;
 };
 
-/// Number of pairs of an edge and a triangle without a common particle that cross at the positions x (m, solver's
+/// Number of pairs of an edge and a triangle without a common or sewn particle that cross at the positions x (m, solver's
 /// order). If `tests` is given, it is increased by the number of pairs whose boxes overlap.
 std::int64_t count_crossings(const SelfSurface& surface, const std::vector<Vec3>& x, std::int64_t* tests = nullptr);
 

@@ -53,7 +53,7 @@ std::vector<bool> inflated_bodies(const Model& model) {
   std::vector<bool> of(model.scene.bodies.size(), false);
   for (const PressureSet& set : model.pressures)
     if (set.compliance.value_or(0) > 0 && set.volume_ratio > 1)
-      of[body_of(model, model.user_index[set.particles[0]])] = true;
+      for (const int i : set.particles) of[body_of(model, model.user_index[i])] = true;
   return of;
 }
 

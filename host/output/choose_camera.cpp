@@ -46,7 +46,7 @@ void add_inflated(const Model& model, PointList& points) {
     Vec3 centre{};
     for (const int i : set.particles)
       for (int k = 0; k < 3; ++k) centre[k] += model.x[i][k] / double(set.particles.size());
-    const double volume = set.volume_ratio * std::abs(signed_volume(model.at_rest(), set.triangles));
+    const double volume = set.volume_ratio * std::abs(signed_volume(model.at_rest(set), set.triangles));
     const double radius = std::cbrt(3 * volume / (4 * std::numbers::pi));
     for (int corner = 0; corner < 8; ++corner) {
       Vec3 at = centre;

@@ -175,6 +175,7 @@ class Sweep {
     view.from_start = solver.iterations <= solver.substeps,
     view.max_start_step = R(max_start_step_of(set.pressed, solver.iterations));
     view.max_compressed_start_step = R(max_compressed_start_step_of(set.pressed, solver.iterations));
+    view.per_closing = R(set.per_closing);
     return view;
   }
 

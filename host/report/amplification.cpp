@@ -34,7 +34,7 @@ using Motion = Eigen::VectorXd;
 /// Returns a scene of this body alone, in which only its constraints and pins act.
 Scene isolated_body(const Scene& of, std::size_t body) {
   Scene scene = of;
-  scene.gravity = {0, 0, 0}, scene.environment.clear(), scene.expect = {}, scene.outputs = {};
+  scene.gravity = {0, 0, 0}, scene.seams.clear(), scene.environment.clear(), scene.expect = {}, scene.outputs = {};
   scene.wind.reset(), scene.sleep.reset(), scene.self_collision.reset();
   scene.solver.precision = Precision::Double;
   DesbrunSpec& desbrun = scene.solver.desbrun;

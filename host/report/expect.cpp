@@ -74,6 +74,7 @@ std::vector<std::string> unmet_expectations(const Expect& expect, const Measures
   checker.at_most("energy_not_above", expect.energy_not_above, measures.energy());
   checker.at_least("energy_not_below", expect.energy_not_below, measures.energy());
   checker.within("max_speed", expect.max_speed, measures.speed_max);
+  checker.within("max_seam_gap", expect.max_seam_gap, measures.max_seam_gap);
   checker.within("inverted_tetrahedra", expect.inverted_tetrahedra, double(measures.inverted_tetrahedra));
   if (expect.volume_ratio)
     for (const double ratio : measures.volume_ratios) {

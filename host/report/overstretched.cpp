@@ -62,7 +62,8 @@ std::vector<std::string> overstretch_warnings(const Simulation& simulation) {
   std::vector<bool> left_out;
   for (const BodySpec& body : scene.bodies) left_out.push_back(stretches_by_design(body));
   for (const PressureSet& set : model.pressures)
-    if (set.volume_ratio > 1) left_out[body_of(model, model.user_index[set.particles[0]])] = true;
+    if (set.volume_ratio > 1)
+      for (const int i : set.particles) left_out[body_of(model, model.user_index[i])] = true;
   struct Worst {
     double strain = 0, part = 0;
     std::int64_t step = 0;

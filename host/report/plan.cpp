@@ -47,6 +47,7 @@ Json constraints(const Model& model, const SolverStats& facts) {
                    {"contiguous", set.in_runs},
                    {"max_colors_per_patch", set.most_batches}});
     add_material(all.back(), model.sets[s]);
+    if (const double rate = model.sets[s].per_closing; rate > 0) all.back()["closing_s"] = 1 / rate;
   }
   for (const PressureSet& set : model.pressures)
     all.push_back(

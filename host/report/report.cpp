@@ -162,6 +162,7 @@ Json measured(const Measures& m, const Scene& scene, const SolverStats& facts, c
   }
   json["degenerate_constraints_skipped"] = m.degenerate;
   if (!m.volume_ratios.empty()) json["volume_ratios"] = m.volume_ratios;
+  if (m.has_seams) json["max_seam_gap_m"] = m.max_seam_gap;
   if (m.has_tetrahedra) json["inverted_tetrahedra"] = m.inverted_tetrahedra;
   return json;
 }

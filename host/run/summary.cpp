@@ -59,6 +59,7 @@ std::string summary(const Simulation& simulation) {
     for (const double ratio : m.volume_ratios) text += brief(ratio) + " ";
     text += "of that at rest\n";
   }
+  if (m.has_seams) text += "seams       " + brief(m.max_seam_gap) + " m apart at most\n";
   if (const auto sleep = simulation.solver().sleep())
     text += "asleep      " + (sleep->particles > 0 ? "since " + shown(sleep->since) + " s" : std::string("no")) + "\n";
   if (!model.environment.empty())

@@ -13,6 +13,7 @@ const std::vector<ConstraintSchema>& constraint_kinds() {
     constexpr double infinite = std::numeric_limits<double>::infinity();
     std::vector<ConstraintSchema> all;
     for_each_constraint([&all]<class Kind>(Kind) {
+      if (!is_of_mesh<Kind>()) return;
       if constexpr (requires { typename Kind::Isotropic; }) {  // which comes before its variant
         std::ranges::find(all, Kind::Isotropic::name, &ConstraintSchema::name)->shear = Kind::shear;
         return;

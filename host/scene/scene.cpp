@@ -93,6 +93,7 @@ Fields fields_of(Scene& scene, const std::string& folder, Names& names) {
       part("sleep", scene.sleep),
       required(checked(written_if(!scene.bodies.empty(), list("bodies", scene.bodies, read_body_of_scene, write_one)),
                        note_names)),
+      seams_field(scene, names.bodies),
       list("environment", scene.environment, read_object_of_scene, write_one),
       checked(part("self_collision", scene.self_collision),
               [&](const JsonReader& at) { check_self_collision(at, *scene.self_collision, names.bodies); }),

@@ -188,9 +188,13 @@ Fields fields_of(SolverSpec& solver);
 SolverSpec read_solver(const JsonReader& at);
 Fields fields_of(BodySpec& body, const std::string& folder);
 BodySpec read_body(const JsonReader& at, const std::string& folder);
+/// Selectors of particles of a body with this shape.
+Fields selectors(Selector& to, const Shape& shape);
 Field pins_field(BodySpec& body);
 Field attachments_field(BodySpec& body);
 Fields fields_of(Tear& tear);
+/// The seams of a scene whose bodies are read. `bodies`: their names; empty if they are unknown.
+Field seams_field(Scene& scene, const std::vector<std::string>& bodies);
 Fields fields_of(EnvironmentSpec& object, const std::string& folder);
 EnvironmentSpec read_environment(const JsonReader& at, const std::string& folder);
 Fields fields_of(OutputSpec& outputs);

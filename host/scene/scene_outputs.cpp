@@ -128,6 +128,7 @@ Fields fields_of(Expect& expect, const std::vector<std::string>& bodies) {
                 if ((*expect.volume_ratio)[0] > (*expect.volume_ratio)[1])
                   at.list()[1].refuse_value("a number not below the first");
               }),
+      number_range("max_seam_gap", expect.max_seam_gap, "m"),
       count_range("inverted_tetrahedra", expect.inverted_tetrahedra),
   };
 }

@@ -28,14 +28,36 @@ Field row_field(Selector& to, const Shape& shape) {
           }};
 }
 
+/// "all", or a point.
+Field rim_field(Selector& to) {
+  const auto read = [&to](const JsonReader& at) {
+    RimPin rim;
+    if (at.value().is_string())
+      at.choice("rim", {"all"});
+    else if (at.value().is_array())
+      read_into(rim.nearest, at, any("m"));
+    else
+      at.refuse_value("\"all\", or a point (m) to which one line of the boundary is the nearest");
+    to = rim;
+  };
+  return {"rim", read, false, [&to](Json& json) {
+            if (const auto* rim = std::get_if<RimPin>(&to)) json["rim"] = rim->nearest ? Json(*rim->nearest) : Json("all");
+          }};
+}
+
+}  // namespace
+
 Fields selectors(Selector& to, const Shape& shape) {
   const Integers numbers{0, std::numeric_limits<int>::max()};
   return {row_field(to, shape), alternative<BoxPin>("box", to), alternative<SpherePin>("sphere", to),
           alternative("nearest", to, &NearestPin::point, any("m")),
           checked(alternative("particles", to, &ListPin::particles, numbers), [](const JsonReader& at) {
             if (at.list().empty()) at.refuse_value("a list of particle numbers, from 0");
-          })};
+          }),
+          rim_field(to)};
 }
+
+namespace {
 
 /// The motion of particles from their positions at the start. The first keyframe must be the identity, otherwise they
 /// would jump.

@@ -18,7 +18,7 @@ class JamCorrector {
  public:
   JamCorrector(const Executor& executor, const SelfSurface& surface)
       : executor_(executor), count_(static_cast<int>(surface.body.size())) {
-    std::vector<int> body = surface.body;  // of particles that take part
+    std::vector<int> body = surface.sewn_body;  // of particles that take part
     for (int i = 0; i < count_; ++i)
       bodies_ = std::max(bodies_, body[i] + 1), body[i] = surface.takes_part[i] ? body[i] : -1;
     const std::vector<ParticleRun> runs = particle_runs(body);

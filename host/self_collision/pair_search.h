@@ -39,6 +39,10 @@ class PairSearch {
     rest_ = Rows(rest), from_ = Rows(x.size() + 1, Vec4<R>{}), way_ = Rows(x.size() + 1, Vec4<R>{});
     boxes_ = Array<Executor, Box<R>>(x.size(), Box<R>{});
     takes_part_ = Array<Executor, unsigned char>(surface.takes_part);
+    if (surface.sewn.list.empty()) return;
+    std::vector<int> list = surface.sewn.list;
+    for (int& i : list) i *= kIndexScale<R>;
+    sewn_begin_ = Array<Executor, int>(surface.sewn.begin), sewn_ = Array<Executor, int>(list);
   }
 
   int clusters() const { return clusters_.count; }
@@ -124,7 +128,8 @@ class PairSearch {
 
   std::size_t bytes() const {
     std::size_t bytes = from_.bytes() + way_.bytes() + rest_.bytes() + boxes_.bytes() + wire_edge_.bytes() +
-                        takes_part_.bytes() + index_memory_.bytes() + crosses_.bytes();
+                        takes_part_.bytes() + index_memory_.bytes() + crosses_.bytes() +
+                        sewn_begin_.bytes() + sewn_.bytes();
     for (const auto& list : lists_) bytes += list.bytes();
     for (const auto& boxes : boxes_of_items_) bytes += boxes.bytes();
     return bytes;
@@ -177,7 +182,14 @@ class PairSearch {
     do {
       index_memory_.reserve(particles_, threads, contacts.list_capacity());
       const typename PairIndexMemory<Executor>::template Find<R> find{
-          {clusters_, swept_bounds(), thickness_, crosses_.data(), contacts.pairs()}, index_memory_.index_map()};
+          {clusters_,
+           swept_bounds(),
+           thickness_,
+           crosses_.data(),
+           {sewn_begin_.data(), sewn_.data()},
+           crosses_.size() > 0 || sewn_.size() > 0,
+           contacts.pairs()},
+          index_memory_.index_map()};
       parallel_region(executor_, threads, [&](const auto& team) {
         parallel_for_interleaved(team, clusters_.count, find, index_memory_.template memory<R>());
       });
@@ -201,6 +213,7 @@ class PairSearch {
   Array<Executor, unsigned char> takes_part_;
   PairIndexMemory<Executor> index_memory_;
   Array<Executor, CrossingBodies> crosses_;
+  Array<Executor, int> sewn_begin_, sewn_;  // see SewnParticles
   SearchMemory memory_;
   std::int64_t searches_ = 0;
 };

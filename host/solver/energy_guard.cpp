@@ -7,7 +7,9 @@
 
 #include "host/attachments/attachments.h"
 #include "host/attachments/pose.h"
+#include "host/base/disjoint_sets.h"
 #include "host/mesh/vectors.h"
+#include "host/model/seams.h"
 #include "kernels/constraints/constraint_registry.h"
 #include "kernels/projection/rest.h"
 
@@ -21,7 +23,7 @@ double stored_in(const Model& model, const ConstraintSet& set, int c, const std:
   constexpr int n = Kind::particles;
   const int* of = &set.particles[std::size_t(c) * n];
   double rest[Kind::rest_values];
-  rest_values<Kind>(rest_positions(model, set), c, material_of<Kind>(set), rest);
+  closed_rest_values<Kind>(rest_positions(model, set), c, material_of<Kind>(set), set.per_closing, rest);
   Vector3<double> q[n], grad[n];
   corners<Kind>(x.data(), of, q);
   if constexpr (multipliers<Kind>() > 1) {
@@ -59,7 +61,7 @@ double stored_in(const Model& model, const PressureSet& set, const std::vector<V
   };
   double rest = 0, now = 0;
   std::map<int, Vector3<double>> grad;
-  const std::vector<Vec3>& X = model.at_rest();
+  const std::vector<Vec3>& X = model.at_rest(set);
   const Vec3 &origin = X[set.particles[0]], &from = x[set.particles[0]];
   for (const Triangle& t : set.triangles) {
     rest += dot(cross(at(X, t[0], origin), at(X, t[1], origin)), at(X, t[2], origin)) / 6;
@@ -111,6 +113,25 @@ double farthest(const std::vector<Vec3>& points) {
 
 }  // namespace
 
+namespace {
+
+/// Joins the groups of bodies that seams connect, and numbers all from 0.
+void join_sewn(const Model& model, std::vector<int>& group) {
+  const std::vector<int> sewn = sewn_bodies(model);
+  const int most = group.empty() ? 0 : *std::max_element(group.begin(), group.end()) + 1;
+  DisjointSets joined(most);
+  for (std::size_t b = 0; b < group.size(); ++b) joined.join(group[b], group[sewn[b]]);
+  std::vector<int> number(most, -1);
+  int next = 0;
+  for (int& one : group) {
+    int& own = number[joined.root(one)];
+    if (own < 0) own = next++;
+    one = own;
+  }
+}
+
+}  // namespace
+
 std::vector<int> groups_of(const Model& model) {
   const std::size_t bodies = model.scene.bodies.size();
   std::vector<int> group(bodies, -1);
@@ -124,6 +145,7 @@ std::vector<int> groups_of(const Model& model) {
     if (touches && touching < 0) touching = groups++;
     group[b] = touches ? touching : groups++;
   }
+  if (!model.scene.seams.empty()) join_sewn(model, group);
   std::vector<int> of(model.x.size());
   for (std::size_t i = 0; i < of.size(); ++i) of[i] = group[body_of(model, model.user_index[i])];
   return of;

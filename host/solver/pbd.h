@@ -178,7 +178,8 @@ class Pbd final : public TimeStepper<Executor, R> {
     const bool limits_speed = speed < INFINITY;
     const int iterations = model_.scene.solver.iterations;
     if (this->momentum_corrector_) this->measure_momenta();
-    const SolvePatch<R> plain = this->make_solve(h);
+    SolvePatch<R> plain = this->make_solve(h);
+    plain.time = this->closing_time(this->substep_);
     this->timed(Pass::FusedSolve, [&] {
       const auto solve_all = [&](const auto& team) {
         for (int s = 0; s < substeps; ++s) {
@@ -188,6 +189,7 @@ class Pbd final : public TimeStepper<Executor, R> {
           if (levels) levels->solve_restricted(team);
           for (int iteration = 0; iteration < iterations; ++iteration) {
             SolvePatch<R> solve = plain;
+            solve.time = this->closing_time(this->substep_ + s);
             if (iteration == 0) {
               PatchPrediction<R> prediction;
               if (levels) prediction.correction = levels->prolongation();

@@ -28,6 +28,7 @@
 #include "host/measure/measure.h"
 #include "host/measure/over_elongation.h"
 #include "host/mesh/vectors.h"
+#include "host/model/seams.h"
 #include "host/patch/sweep.h"
 #include "host/projection/user_constraints.h"
 #include "host/self_collision/final_guard.h"
@@ -205,6 +206,7 @@ class TimeStepper : public Solver {
     Measures m = measure_motion(executor_, particles(), model_.scene.gravity);
     const std::vector<Vec3> x = positions_in_order();
     measure_constraints(on_host(executor_), model_, x, m);
+    measure_seams(model_, x, time(), m);
     measure_tetrahedra(on_host(executor_), model_, x, m);
     for (const auto& pressure : pressures_) {
       m.volume_ratios.push_back(pressure.volume_ratio(x_.points()));
@@ -307,7 +309,7 @@ class TimeStepper : public Solver {
     if (is_timed(executor_) || plan_.recorded != Recorded::Steps) return work();
     const auto key = [&] {  // of the parameters of launches that may change between steps
       const Wind wind = model_.scene.wind.value_or(Wind{});
-      return part + key_from(layouts_, model_.scene.gravity, wind.velocity, wind.drag, wind.density,
+      return part + key_from(layouts_, closing_time(0), model_.scene.gravity, wind.velocity, wind.drag, wind.density,
                              wind.drag_coefficient, wind.lift_coefficient);
     };
     repeated(executor_, recorded_, key, work);
@@ -320,13 +322,14 @@ class TimeStepper : public Solver {
     const auto key = [&] {
       const Particles<R>& all = solve.particles;
       const Vector3<R>& g = solve.gravity;
-      return "patch solves" + key_from(all.x.x, all.v.x, all.p.d.x, all.w, solve.dt, g.x, g.y, g.z) + further_key();
+      return "patch solves" + key_from(all.x.x, all.v.x, all.p.d.x, all.w, solve.dt, g.x, g.y, g.z, solve.time) + further_key();
     };
     sweep_->region(recorded_, key, work);
   }
   /// Solves all patches once, between other passes.
   void solve_patches(double h, bool first_iteration) {
     SolvePatch<R> solve = make_solve(h);
+    solve.time = closing_time(substep_);
     if (first_iteration) solve.first = FirstIteration<R>{};
     repeat_solves(
         solve, [&] { return key_from(first_iteration); }, [&](const auto& team) { (*sweep_)(team, solve); });
@@ -535,6 +538,11 @@ class TimeStepper : public Solver {
     }
     return all;
   }
+  /// The time (s) at the end of a substep of this step, from 0 on, for seams; it stands still once all are closed.
+  R closing_time(int substep) const {
+    const SolverSpec& solver = model_.scene.solver;
+    return R(std::min(seams_closed_, (steps_ + double(substep + 1) / solver.substeps) * solver.dt));
+  }
   SolvePatch<R> make_solve(double h) const { return sweep_->make_solve(particles(), h, to_R(model_.scene.gravity)); }
   Vec3 position_of(std::size_t i) const {
     Vec3 position = x_.get(i);
@@ -606,6 +614,7 @@ class TimeStepper : public Solver {
   Executor executor_;
   const Model& model_;
   double gravity_, max_object_speed_ = 0;    // m/s^2; m/s, of moving environment objects
+  double seams_closed_ = time_of_closed_seams(model_);  // s, from which on all are; 0: none closes
   double fastest_vertex_ = 0;                // m/s, of deforming meshes, so far
   double fastest_driven_ = 0;                // m/s, of objects whose motion was not known at the start
   PointArray<Executor, R> x_, v_, d_, low_;  // see Particles

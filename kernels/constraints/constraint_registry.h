@@ -11,6 +11,7 @@
 #include "kernels/constraints/neo_hookean.h"
 #include "kernels/constraints/orthotropic.h"
 #include "kernels/constraints/plate.h"
+#include "kernels/constraints/seam.h"
 #include "kernels/constraints/volume.h"
 
 namespace malha {
@@ -18,8 +19,9 @@ namespace malha {
 template <ConstraintKind... Kinds>
 struct KindList {};
 
-using ConstraintKinds = KindList<Distance, DistanceLimit, Membrane, OrthotropicMembrane, Bending, IsometricBending,
-                                 Plate, OrthotropicPlate, Volume, NeoHookean>;
+/// Seams come first. A symmetric sweep projects the first kinds last, so that nothing opens a seam after it.
+using ConstraintKinds = KindList<Seam, SurfaceAttachment, Distance, DistanceLimit, Membrane, OrthotropicMembrane,
+                                 Bending, IsometricBending, Plate, OrthotropicPlate, Volume, NeoHookean>;
 
 /// Calls f(Kind{}) for every kind, in the order in which they are projected.
 template <class F, ConstraintKind... Kinds>
@@ -56,6 +58,12 @@ constexpr const char* name_in_scenes() {
     return Kind::Isotropic::name;
   else
     return Kind::name;
+}
+
+/// Tells whether scenes may name a kind among the constraints of a body. Those of seams belong to the scene.
+template <class Kind>
+constexpr bool is_of_mesh() {
+  return !facts_of(Kind::element).sewn;
 }
 
 }  // namespace malha

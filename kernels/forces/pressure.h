@@ -213,6 +213,25 @@ struct ApplyFilteredPressure {
   }
 };
 
+/// Inverse masses of items at which seams hold further particles, the followers: those of all together, 0 if one is
+/// pinned.
+template <class R>
+struct JoinInverseMasses {
+  const R* w;            // of each particle
+  const int* particle;   // of each item
+  const int* begin;      // of the followers of each item, one more at the end
+  const int* followers;  // particles
+  R* joined;             // of each particle; set for the items
+  KERNEL void operator()(int item) const {
+    const int i = particle[item];
+    joined[i] = w[i];
+    if (begin[item] == begin[item + 1]) return;
+    double mass = 1 / double(w[i]);
+    for (int k = begin[item]; k < begin[item + 1]; ++k) mass += 1 / double(w[followers[k]]);  // infinite of a pin
+    joined[i] = R(1 / mass);
+  }
+};
+
 /// d += w grad dlambda, and the rigid motion that keeps the momenta.
 template <class R>
 struct ApplyPressure {
@@ -223,14 +242,29 @@ struct ApplyPressure {
   const PressureState* state;
   int origin;
   KERNEL void operator()(int item) const {
+    if (moves(item)) p.add_displacement(particle[item], way(item));
+  }
+
+  KERNEL bool moves(int item) const { return w[particle[item]] > R(0) && state->moves; }
+  KERNEL Vector3<R> way(int item) const {
     const int i = particle[item];
-    if (!(w[i] > R(0)) || !state->moves) return;
     Vector3<R> way = grad[item] * (w[i] * R(state->dlambda));
     if (state->returns_momenta()) {
       const Vector3<double> r = in_double(p.start_difference(i, origin)) - state->centre;
       way = way + rounded<R>((state->shift + cross(state->turn, r)) * state->dlambda);
     }
-    p.add_displacement(i, way);
+    return way;
+  }
+};
+
+/// Moves the followers of items as these move.
+template <class R>
+struct FollowPressure {
+  ApplyPressure<R> leaders;
+  const int* item;      // of each follower
+  const int* follower;  // particles
+  KERNEL void operator()(int k) const {
+    if (leaders.moves(item[k])) leaders.p.add_displacement(follower[k], leaders.way(item[k]));
   }
 };
 

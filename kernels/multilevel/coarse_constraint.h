@@ -25,7 +25,7 @@ struct ProjectPack<Coarse, Update::Stiff, R> {
   R stiffness;  // k'
   bool first_iteration, from_start;
 
-  KERNEL ProjectPack(const SetView<R>& set, int slot, bool first)
+  KERNEL ProjectPack(const SetView<R>& set, int slot, bool first, R /*time*/)
       : least(set.lambda + slot), stiffness(set.stiffness), first_iteration(first), from_start(set.from_start) {}
 
   template <class S>

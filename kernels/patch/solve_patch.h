@@ -60,6 +60,7 @@ struct SolvePatch {
   Optional<FirstIteration<R>> first;  // in a first iteration
   Optional<PatchUpdate<R>> update;    // in a last iteration that updates the state
   Sweeps sweeps;
+  R time = R(0);  // s, at the end of the substep; of seams that close
 
   template <class Group>
   KERNEL void operator()(const Group& group) const {
@@ -260,7 +261,7 @@ struct SolvePatch {
       if (data.prefetches && group.next >= 0 && (forward || !goes_forward(solve->sweeps)))
         solve->prefetch_patch(data.patches[group.next], b, patch->batches);
       const Batch& batch = data.batches[patch->batch + (forward ? b : last - b)];
-      project<Kind, by>(group, local, *set, batch, solve->first && forward);
+      project<Kind, by>(group, local, *set, batch, solve->first && forward, solve->time);
     }
   };
 

@@ -5,6 +5,7 @@
 // The compiler cannot check the following, so that tests/projection/constraints*_test.cpp check it for every kind of
 // the registry:
 //   evaluate() returns s C and s grad C, where s > 0 depends on the positions p alone, never on the rest values.
+//     (Weights of particles, as those of an attachment, are no quantity that C is compared with: s may depend on them.)
 //     grad is the derivative of C and invariant to rigid motion: its sum and its sum of torques are zero.
 //     Where there is no direction (coincident points, no area) every gradient is exactly zero, and C is finite.
 //     Where `valid` is false (padding) every gradient is zero, whatever p and the rest values are, NaN included.

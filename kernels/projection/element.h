@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Mesh elements that constraints are built on: one table for scenes, messages, benchmarks and tests.
-// A new element needs a line here and its list in host/model/build_constraints.cpp.
+// Elements that constraints are built on, parts of a mesh or pairs of a seam: one table for scenes, messages, benchmarks
+// and tests. A new element of a mesh needs a line here and its list in host/model/build_constraints.cpp.
 #pragma once
 #include "kernels/parallel/compute.h"
 
 namespace malha {
 
-enum class Element { Edges, Hinges, Triangles, Tetrahedra, WingedTriangles };
+enum class Element { Edges, Hinges, Triangles, Tetrahedra, WingedTriangles, SewnPairs, AttachedPoints };
 
 struct ElementFacts {
   int particles;       // per element
@@ -14,6 +14,7 @@ struct ElementFacts {
   const char* needed;  // which meshes have any, for messages
   bool solid;          // fills the inside of a body, rather than its surface
   bool weighed;        // its list has a weight for each element, whatever the kind
+  bool sewn = false;   // of the scene's seams, instead of a body's mesh
 };
 
 KERNEL constexpr ElementFacts facts_of(Element element) {
@@ -24,6 +25,8 @@ KERNEL constexpr ElementFacts facts_of(Element element) {
       {3, "triangle", "a mesh with faces", false, false},
       {4, "tetrahedron", "a mesh of tetrahedra: tet_box, .mesh, .msh, .node and .ele", true, false},
       {6, "triangle", "a mesh with neighbouring faces", false, true},
+      {2, "pair", "seams", false, false, true},
+      {4, "particle", "seams to a surface", false, false, true},
   };
   return by_element[static_cast<int>(element)];
 }

@@ -75,6 +75,19 @@ KERNEL S per_max_step_of(const S& size) {
   return select(some, round_to_8_bits(one / (S(R(kMaxStep)) * select(some, size, one))), zero);
 }
 
+/// Tells whether the rest length of a kind, its first rest value, shrinks with time: kinds that declare
+///   static constexpr bool closes = true;
+/// are joints whose gap at the start closes.
+template <class Kind>
+KERNEL constexpr bool closes() {
+  return requires { Kind::closes; };
+}
+/// The factor of the gap at a time (s), for a rate of closing in 1/s; 1 with a rate of 0.
+template <class S>
+KERNEL S closing_factor(S per_closing, S time) {
+  return max(S(0), S(1) - per_closing * time);
+}
+
 /// The data of a constraint set. Multipliers are stored by slot, and rest values by slot within a batch; those of
 /// padding are NaN.
 template <class R>
@@ -91,6 +104,7 @@ struct SetView {
   R compliance;                 // otherwise: alpha~ = alpha / dt^2
   bool from_start;              // whether directions are gradients at the start of the substep
   R max_start_step, max_compressed_start_step;  // see kernels/projection/direction.h
+  R per_closing;  // 1/s, of kinds that close
 };
 
 /// The rest values of a pack. In a lane without constraint (padding) every kind returns a zero gradient: in a run such
@@ -126,9 +140,29 @@ KERNEL constexpr bool limits_turn() {
   return requires { Kind::min_turn_cosine; };
 }
 
+/// The factor of the gap of kinds that close; other kinds have none.
+template <class Kind, class R>
+struct Closing {
+  KERNEL Closing(const SetView<R>&, R) {}
+  template <class Rest>
+  KERNEL const Rest& apply(const Rest& rest) const {
+    return rest;
+  }
+};
+template <class Kind, class R>
+requires(closes<Kind>()) struct Closing<Kind, R> {
+  R factor;
+  KERNEL Closing(const SetView<R>& set, R time) : factor(closing_factor(set.per_closing, time)) {}
+  template <class Rest>
+  KERNEL Rest apply(Rest rest) const {
+    rest.value[0] = rest.value[0] * factor;
+    return rest;
+  }
+};
+
 /// One projection of a pack of constraints: d += w grad dlambda.
 template <class Kind, Update update, class R>
-struct ProjectPack {
+struct ProjectPack : Closing<Kind, R> {
   static constexpr int n = Kind::particles;
   static constexpr int rest_values = rest_value_count<Kind>(update);
   R* lambda;             // from the batch's first slot on
@@ -137,8 +171,9 @@ struct ProjectPack {
   bool from_start;
   R max_start_step, max_compressed_start_step;
 
-  KERNEL ProjectPack(const SetView<R>& set, int slot, bool first)
-      : lambda(set.lambda + slot * multipliers<Kind>()),
+  KERNEL ProjectPack(const SetView<R>& set, int slot, bool first, R time)
+      : Closing<Kind, R>(set, time),
+        lambda(set.lambda + slot * multipliers<Kind>()),
         k_or_alpha(update == Update::Stiff ? set.stiffness : set.compliance),
         first_iteration(first),
         from_start(set.from_start),
@@ -147,8 +182,9 @@ struct ProjectPack {
 
   /// evaluate() scales C and its gradient by s > 0, which PBD does not notice. XPBD's multiplier grows by s dlambda.
   template <class S>
-  KERNEL void operator()(PatchParticle<S> (&q)[n], const RestOf<S, rest_values>& rest, int at) const {
+  KERNEL void operator()(PatchParticle<S> (&q)[n], const RestOf<S, rest_values>& at_start, int at) const {
     const Places<S, n> places(q, from_start);
+    const auto& rest = this->apply(at_start);
     if constexpr (multipliers<Kind>() > 1)
       step(q, places, rest, at);
     else
@@ -343,14 +379,14 @@ struct ProjectWithPins {
   }
 };
 
-/// Projects one batch of a patch.
+/// Projects one batch of a patch. `time`: that at the end of the substep (s), of kinds that close.
 template <class Kind, Update update, class R, class Group, class Local>
 KERNEL void project(const Group& group, const Local& local, const SetView<R>& set, const Batch& batch,
-                    bool first_iteration) {
+                    bool first_iteration, R time = R(0)) {
   using Isa = typename Group::Isa;
   constexpr int n = Kind::particles, lanes = kLanes<R, Isa>, rest_values = rest_value_count<Kind>(update);
   const int packs = (batch.count + lanes - 1) / lanes;
-  const ProjectPack<Kind, update, R> project_pack(set, batch.slot, first_iteration);
+  const ProjectPack<Kind, update, R> project_pack(set, batch.slot, first_iteration, time);
   if constexpr (Local::is_soa) {
     const auto project_run = [&]<class Rest>(const Rest& rest) KERNEL_LAMBDA {
       ProjectRun<Kind, update, R, Isa, Local, Rest> kernel{project_pack, rest, {}};

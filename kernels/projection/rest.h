@@ -40,6 +40,14 @@ KERNEL void rest_values(const RestPositions<Point>& at, int c, const Material<Ki
   Kind::rest(q, material, rest);
 }
 
+/// The same of a constraint whose gap is closed, if it closes at a rate (1/s).
+template <class Kind, class Point>
+KERNEL void closed_rest_values(const RestPositions<Point>& at, int c, const Material<Kind>& material,
+                               double per_closing, double (&rest)[Kind::rest_values]) {
+  rest_values<Kind>(at, c, material, rest);
+  if (closes<Kind>() && per_closing > 0) rest[0] = 0;
+}
+
 /// The first rest value, with which the constraint's quantity is compared.
 template <class Kind, class Point>
 KERNEL double rest_value(const RestPositions<Point>& at, int c, const Material<Kind>& material) {

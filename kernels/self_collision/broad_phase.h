@@ -7,6 +7,12 @@
 
 namespace malha {
 
+/// For each particle those that seams hold at its place, or at a triangle that they attach to it. Null: none.
+struct SewnParticles {
+  const int* begin = nullptr;  // in the list, of each particle, one more at the end
+  const int* list = nullptr;   // kIndexScale times each
+};
+
 /// Query of the broad phase: its input, and which pairs count.
 template <class R>
 struct BroadPhaseQuery {
@@ -14,7 +20,23 @@ struct BroadPhaseQuery {
   SweptBounds<R> bounds;
   R thickness;
   const CrossingBodies* crosses;  // of each particle; null: no bodies intersect
+  SewnParticles sewn;
+  bool has_exceptions;  // bodies intersect, or seams join particles
   Pairs<R> pairs;
+
+  /// Returns true if a pair does not count: where bodies intersect, and where a seam joins its sides.
+  template <PairKind kind>
+  KERNEL bool leaves_out(const int (&i)[4]) const {
+    if (crosses != nullptr && cross_at_both_sides<kind>(bounds, crosses, i)) return true;
+    if (sewn.begin == nullptr) return false;
+    bool joined = false;
+    for (int j = 0; j < first_side(kind); ++j) {
+      const int particle = i[j] / kIndexScale<R>;
+      for (int k = sewn.begin[particle]; k < sewn.begin[particle + 1]; ++k)
+        for (int other = first_side(kind); other < 4; ++other) joined = joined || sewn.list[k] == i[other];
+    }
+    return joined;
+  }
 
   /// Returns true if cluster u owns the pairs of clusters u and v. Of two clusters one owns them, by the parity of
   /// their sum, so that all clusters own about as many.
@@ -173,8 +195,7 @@ struct FindCandidates {
     template <PairKind kind>
     KERNEL void pack(int k, R min_distance) {
       const int i[4] = {near.particles[0][k], near.particles[1][k], near.particles[2][k], near.particles[3][k]};
-      if (query.crosses == nullptr || !cross_at_both_sides<kind>(query.bounds, query.crosses, i))
-        builder.add(i, min_distance);
+      if (!query.has_exceptions || !query.template leaves_out<kind>(i)) builder.add(i, min_distance);
     }
   };
 };

@@ -204,6 +204,10 @@ TEST(StepPlan, OfShippedScenes) {
       {"long_cloth", {"predict iterate update_state", "solve_patches project_long_range", "in_iterations", "r"}},
       {"oscillator", alone},
       {"pendulum", alone},
+      {"pillow",
+       {"damp predict detect_contacts start_self_collision start_pressures iterate clamp_tunnelling truncate_motion "
+        "update_state restitute end_self_collision",
+        "solve_patches project_pressures solve_self_contacts solve_contacts"}},
       {"ramp", rests},
       {"rotating_sphere", {"predict " + contacts, "solve_patches solve_contacts"}},
       {"sailcloth", bent},

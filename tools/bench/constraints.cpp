@@ -112,7 +112,9 @@ void add_kind(std::vector<KindCase>& lines, int particles) {
 
 std::vector<KindCase> plan(int particles) {
   std::vector<KindCase> lines;
-  for_each_constraint([&]<class Kind>(Kind) { add_kind<Kind>(lines, particles); });
+  for_each_constraint([&]<class Kind>(Kind) {
+    if (is_of_mesh<Kind>()) add_kind<Kind>(lines, particles);
+  });
   const auto add = [&](const std::string& what, BodySpec body, Pass pass) {
     lines.push_back({what, "particle", scene_with(std::move(body)), pass, particles_of});
     return &lines.back().scene;
