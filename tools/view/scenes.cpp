@@ -46,7 +46,7 @@ Scene scene_of_mesh(const std::string& path) {
   body.constraints = {edges};
   scene.bodies = {body};
   EnvironmentSpec floor;
-  floor.name = "floor", floor.shape = BoxShape{{20 * size, 0.2 * size, 20 * size}, {1, 1, 1}};
+  floor.name = "floor", floor.shape = BoxShape{{20 * size, 0.2 * size, 20 * size}};
   floor.transform.translate = {(low[0] + high[0]) / 2, low[1] - 0.4 * size, (low[2] + high[2]) / 2};
   floor.friction = 0.5, floor.thickness = std::max(1e-6, 0.005 * size);
   scene.environment = {floor};
