@@ -102,7 +102,7 @@ Scene tied_to_a_mesh(const std::string& solver = "pbd") {
   sheet.attachments = {tied(RowPin{})};
   sheet.attachments[0].environment = "box";
   EnvironmentSpec box;
-  box.name = "box", box.shape = BoxShape{{1, 0.2, 0.2}, {1, 1, 1}};
+  box.name = "box", box.shape = BoxShape{{1, 0.2, 0.2}, {{1, 1, 1}}};
   box.transform.translate = {0.5, 0, -0.2};
   box.motion = {{0, {0, 0.1, 0}, {0, 1, 0}, 5}, {1, {0, 0.3, 0}, {0, 1, 0}, 150}};
   Scene scene = scene_of({sheet}, kEarth, 0.01, 4, Precision::Double);

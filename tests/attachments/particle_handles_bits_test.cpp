@@ -19,7 +19,7 @@ void PrintTo(const OfScene& of, std::ostream* out) { *out << of.name; }
 
 EnvironmentSpec floor_by_hand() {
   EnvironmentSpec ground;
-  ground.name = "ground", ground.shape = BoxShape{{20, 1, 20}, {1, 1, 1}}, ground.friction = 0.3;
+  ground.name = "ground", ground.shape = BoxShape{{20, 1, 20}, {{1, 1, 1}}}, ground.friction = 0.3;
   ground.transform.translate = {-8, -1.6, -8};
   return ground;
 }

@@ -286,7 +286,7 @@ TEST(WarningOfAnisotropy, ComesWhereStiffnessOfSpringsOrHingesDependsOnDirection
   for (const Shape& shape : std::vector<Shape>{alike, delaunay, SphereShape{1, 2}})
     EXPECT_TRUE(warned_of_materials(shape, {uneven_rigid("plate", 1), compliant("bending", 1)}).empty());
   EXPECT_TRUE(warned_of_materials(SphereShape{1, 2}, {uneven_rigid("bending", 1)}).empty());
-  EXPECT_TRUE(warned_of_materials(BoxShape{{1, 1, 2}, {4, 4, 8}}, springs(10)).empty());
+  EXPECT_TRUE(warned_of_materials(BoxShape{{1, 1, 2}, {{4, 4, 8}}}, springs(10)).empty());
 }
 
 }  // namespace

@@ -65,7 +65,7 @@ TEST(ClosestPointIndex, ClosestPointAndSideAreThoseOfBruteForceOnASphere) {
 }
 
 TEST(ClosestPointIndex, ClosestPointAndSideAreThoseOfBruteForceOnABox) {
-  expect_as_brute_force(generate(BoxShape{{1, 0.3, 2}, {2, 1, 3}}), 2, 2000);
+  expect_as_brute_force(generate(BoxShape{{1, 0.3, 2}, {{2, 1, 3}}}), 2, 2000);
 }
 
 TEST(ClosestPointIndex, ClosestPointAndSideAreThoseOfBruteForceOnASharpWedge) {
@@ -90,7 +90,7 @@ TEST(ClosestPointIndex, TellsTheSideByThePseudonormalWhereAFaceNormalWouldNot) {
 TEST(ClosestPointIndex, PseudonormalsOfCornersDoNotDependOnHowTheyAreCutIntoTriangles) {
   // A box corner has three right angles, however its quads are split: the normal is the diagonal.
   const Device device;
-  const ClosestPointIndex surface(device, generate(BoxShape{{2, 2, 2}, {1, 1, 1}}));
+  const ClosestPointIndex surface(device, generate(BoxShape{{2, 2, 2}, {{1, 1, 1}}}));
   for (const double x : {-1.0, 1.0})
     for (const double y : {-1.0, 1.0})
       for (const double z : {-1.0, 1.0}) {
@@ -101,12 +101,12 @@ TEST(ClosestPointIndex, PseudonormalsOfCornersDoNotDependOnHowTheyAreCutIntoTria
 
 TEST(ClosestPointIndex, FindsNothingBeyondTheRadius) {
   const Device device;
-  const ClosestPointIndex surface(device, generate(BoxShape{{2, 2, 2}, {2, 2, 2}}));
+  const ClosestPointIndex surface(device, generate(BoxShape{{2, 2, 2}, {{2, 2, 2}}}));
   EXPECT_FALSE(surface.closest({0, 1.5, 0}, 0.4999).found);
   EXPECT_TRUE(surface.closest({0, 1.5, 0}, 0.5001).found);
   EXPECT_FALSE(surface.closest({0, 1.5, 0}, 0).found);
   // The radius is exact to the last digits of double, though Embree's query is in float.
-  const BruteForce brute(generate(BoxShape{{2, 2, 2}, {2, 2, 2}}));
+  const BruteForce brute(generate(BoxShape{{2, 2, 2}, {{2, 2, 2}}}));
   Random random(11);
   for (int i = 0; i < 300; ++i) {
     const Point p = random.in_cube(i % 2 == 0 ? 2 : 100);
@@ -153,7 +153,7 @@ TEST(ClosestPointIndex, AKnownTriangleChangesNothing) {
 
 TEST(ClosestPointIndex, CrossingIsTheFirstOfBruteForce) {
   const Device device;
-  for (const Mesh& mesh : {generate(SphereShape{1, 3}), wedge(), generate(BoxShape{{1, 1, 1}, {3, 3, 3}})}) {
+  for (const Mesh& mesh : {generate(SphereShape{1, 3}), wedge(), generate(BoxShape{{1, 1, 1}, {{3, 3, 3}}})}) {
     const ClosestPointIndex surface(device, mesh);
     const BruteForce brute(mesh);
     Random random(5);
@@ -214,7 +214,7 @@ TEST(ClosestPointIndex, FrontOnlyPassesBacksAndGoesOnToTheNextFront) {
   EXPECT_FALSE(sheet.crossing({0.4, -0.5, 0.4}, {0.4, 0.5, 0.4}, 0, true).hit);
   EXPECT_TRUE(sheet.crossing({0.4, -0.5, 0.4}, {0.4, 0.5, 0.4}, 0, false).hit);
   // From one box into the next: the back of the first does not hide the front of the second.
-  Mesh two = generate(BoxShape{{1, 1, 1}, {1, 1, 1}});
+  Mesh two = generate(BoxShape{{1, 1, 1}, {{1, 1, 1}}});
   const Mesh other = moved(two, {3, 0, 0});
   const int first = static_cast<int>(two.points.size());
   two.points.insert(two.points.end(), other.points.begin(), other.points.end());

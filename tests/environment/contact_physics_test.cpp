@@ -257,7 +257,7 @@ class Rest : public testing::TestWithParam<Precision> {
 TEST_P(Rest, KeepsItsDistanceToASolidAndASheet) {
   EnvironmentSpec crate;
   crate.name = "crate";
-  crate.shape = BoxShape{{1, 1, 1}, {2, 2, 2}};
+  crate.shape = BoxShape{{1, 1, 1}, {{2, 2, 2}}};
   for (const EnvironmentSpec& environment : {crate, ground(1), ground(1, 0, Sides::TwoSided)}) {
     const double top = environment.name == "crate" ? 0.5 : 0;
     for (const Vec3& place : {Vec3{0.13, 0, 0.21}, Vec3{0, 0, 0}, Vec3{0.25, 0, 0}}) {  // face, corner and edge

@@ -29,7 +29,7 @@ std::vector<Point> all_x(const ContactBench<Executor, R>& bench) {
 
 TEST(Contact, AMovingWallSweepsRestingParticlesAlongAndNeverPassesThem) {
   for (const double speed : {0.01, 1.0, 30.0, 1000.0}) {
-    EnvironmentSpec wall = obstacle("wall", BoxShape{{0.02, 2, 2}, {1, 4, 4}});
+    EnvironmentSpec wall = obstacle("wall", BoxShape{{0.02, 2, 2}, {{1, 4, 4}}});
     wall.motion = {placed(0, {0, 0, 0}), placed(10, {10 * speed, 0, 0})};
     Random random(1);
     std::vector<Point> x, v(100, Point{0, 0, 0});
@@ -49,7 +49,7 @@ TEST(Contact, AMovingWallSweepsRestingParticlesAlongAndNeverPassesThem) {
 }
 
 TEST(Contact, ATurningWallNeverPassesParticles) {
-  EnvironmentSpec blade = obstacle("blade", BoxShape{{1, 1, 0.02}, {4, 4, 1}});
+  EnvironmentSpec blade = obstacle("blade", BoxShape{{1, 1, 0.02}, {{4, 4, 1}}});
   blade.transform.translate = {0.7, 0, 0};
   blade.motion = {placed(0, {0, 0, 0}), placed(1, {0, 0, 0}, -720)};
   Random random(2);
@@ -117,7 +117,7 @@ TEST(Contact, WhatStartsOnTheSurfaceStaysThereWithoutGainingSpeed) {
 }
 
 TEST(Contact, WhatPassesACornerOutsideTheThicknessIsNotTouched) {
-  const EnvironmentSpec box = obstacle("box", BoxShape{{1, 1, 1}, {2, 2, 2}});
+  const EnvironmentSpec box = obstacle("box", BoxShape{{1, 1, 1}, {{2, 2, 2}}});
   Random random(4);
   for (const double speed : {10.0, 60.0, 100.0, 1000.0, 10000.0}) {
     std::vector<Point> x, v;
@@ -306,7 +306,7 @@ TEST(Contact, IsTheSameOnEveryExecutor) {
 
 TEST(Contact, PenetrationIsMeasuredInSolidsAndBehindOneSidedSheets) {
   for (const Sides sides : {Sides::Solid, Sides::OneSided, Sides::TwoSided}) {
-    const EnvironmentSpec box = obstacle("box", BoxShape{{1, 1, 1}, {2, 2, 2}}, sides);
+    const EnvironmentSpec box = obstacle("box", BoxShape{{1, 1, 1}, {{2, 2, 2}}}, sides);
     ContactBench<Serial, double> bench({}, box, {{0, 0.3, 0}, {0.1, 0.45, 0}, {2, 2, 2}}, std::vector<Point>(3));
     // The penetration is measured before any contact has corrected it.
     EXPECT_NEAR(bench.collider().max_penetration(bench.particles(), 0), sides == Sides::TwoSided ? 0.0 : 0.2, 1e-12);
@@ -334,7 +334,7 @@ TEST(Contact, FrictionOfAllIterationsIsThatOfThePushThatIsLeft) {
 }
 
 TEST(Contact, PinnedParticlesGetNone) {
-  const EnvironmentSpec box = obstacle("box", BoxShape{{1, 1, 1}, {2, 2, 2}});
+  const EnvironmentSpec box = obstacle("box", BoxShape{{1, 1, 1}, {{2, 2, 2}}});
   ContactBench<Serial, double> bench({}, box, {{0, 0.4, 0}}, {{0, 0, 0}});
   bench.pin(0);
   bench.substep(kStep);

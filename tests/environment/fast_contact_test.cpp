@@ -70,7 +70,7 @@ void expect_stopped(const Executor& executor, const EnvironmentSpec& spec, doubl
 
 template <class Executor, class R>
 void expect_no_way_through(const Executor& executor) {
-  const EnvironmentSpec plate = obstacle("plate", BoxShape{{1, 0.002, 1}, {4, 1, 4}});
+  const EnvironmentSpec plate = obstacle("plate", BoxShape{{1, 0.002, 1}, {{4, 1, 4}}});
   EnvironmentSpec sheet = obstacle("sheet", GridShape{{1, 1}, {4, 4}}, Sides::TwoSided);
   sheet.transform.translate = {-0.5, 0, -0.5};
   EnvironmentSpec front = sheet;

@@ -21,7 +21,7 @@ Scene over_boxes(int objects, double height = 0) {
   Scene scene = scene_of({sheet}, kEarth, 1.0 / 60, 4, Precision::Float);
   for (int k = 0; k < objects; ++k) {
     EnvironmentSpec box;
-    box.name = "box " + std::to_string(k), box.shape = BoxShape{{0.05, 0.05, 0.05}, {1, 1, 1}};
+    box.name = "box " + std::to_string(k), box.shape = BoxShape{{0.05, 0.05, 0.05}, {{1, 1, 1}}};
     box.transform.translate = {0.5 + (k < 2 ? 0.2 * k : 3.0 * k), -0.05, 0.5};  // two of them below the sheet
     scene.environment.push_back(box);
   }

@@ -48,7 +48,7 @@ TEST(StartInside, IsRefusedWithTheBodyTheDepthAndTheSolid) {
 TEST(StartInside, IsReportedWithinTheThicknessAndAllowedForPinnedParticles) {
   // The ball's lowest particle lies at 0.5 below its middle: by 0 and by 9 mm inside a box of 2 m, thickness 10 mm.
   for (const double depth : {0.0, 0.009}) {
-    const Scene scene = ball_in_a_solid({0, 1.5 - depth, 0}, BoxShape{{2, 2, 2}, {2, 2, 2}}, false);
+    const Scene scene = ball_in_a_solid({0, 1.5 - depth, 0}, BoxShape{{2, 2, 2}, {{2, 2, 2}}}, false);
     EXPECT_EQ(refusal_of_start(scene), "") << depth;
     Simulation simulation(scene, {.threads = 1});
     EXPECT_EQ(simulation.model().notes.size(), depth > 0 ? 1u : 0u);
@@ -56,14 +56,14 @@ TEST(StartInside, IsReportedWithinTheThicknessAndAllowedForPinnedParticles) {
     EXPECT_LT(simulation.measure().speed_max, 1e-12) << "it stays as it is, but for rounding";
     EXPECT_NEAR(simulation.measure().penetration_max, depth, 1e-12);
   }
-  EXPECT_NE(refusal_of_start(ball_in_a_solid({0, 1.48, 0}, BoxShape{{2, 2, 2}, {2, 2, 2}}, false)), "");
-  Scene held = ball_in_a_solid({0, 1.3, 0}, BoxShape{{2, 2, 2}, {2, 2, 2}}, false);
+  EXPECT_NE(refusal_of_start(ball_in_a_solid({0, 1.48, 0}, BoxShape{{2, 2, 2}, {{2, 2, 2}}}, false)), "");
+  Scene held = ball_in_a_solid({0, 1.3, 0}, BoxShape{{2, 2, 2}, {{2, 2, 2}}}, false);
   held.bodies[0].pins = {BoxPin{{-1, 0, -1}, {1, 1.01, 1}}};
   EXPECT_EQ(refusal_of_start(held), "") << "its particles in the box are pinned there";
 }
 
 TEST(StartInside, PushedOutABodyStaysAsItIsAndAtRest) {
-  const Shape shapes[] = {SphereShape{5, 3}, BoxShape{{4, 3, 2}, {4, 3, 2}}, BarShape{6, 1.5, 3}};
+  const Shape shapes[] = {SphereShape{5, 3}, BoxShape{{4, 3, 2}, {{4, 3, 2}}}, BarShape{6, 1.5, 3}};
   for (const Shape& solid : shapes) {
     const Scene scene = ball_in_a_solid({0.6, 0.2, 0.1}, solid, true);
     Simulation simulation(scene, {.threads = 1});

@@ -188,8 +188,8 @@ Mesh slivers() {
 }
 
 TEST(TriangleOctree, NearestTriangleIsThatOfAllTriangles) {
-  const std::vector<Mesh> meshes{generate(SphereShape{1, 4}), generate(BoxShape{{1, 2, 0.1}, {1, 1, 1}}),
-                                 generate(BoxShape{{1, 1, 1}, {12, 12, 12}}), generate(GridShape{{1, 3}, {20, 60}}),
+  const std::vector<Mesh> meshes{generate(SphereShape{1, 4}), generate(BoxShape{{1, 2, 0.1}, {{1, 1, 1}}}),
+                                 generate(BoxShape{{1, 1, 1}, {{12, 12, 12}}}), generate(GridShape{{1, 3}, {20, 60}}),
                                  slivers()};
   for (std::size_t m = 0; m < meshes.size(); ++m) {
     SCOPED_TRACE(m);

@@ -27,7 +27,7 @@ EnvironmentSpec environment(const Wall& wall) {
   made.thickness = kWallThickness;
   made.sides = wall.sides;
   if (wall.sides == Sides::Solid) {
-    made.shape = BoxShape{{2 * wall.depth, 40, 40}, {1, 80, 80}};
+    made.shape = BoxShape{{2 * wall.depth, 40, 40}, {{1, 80, 80}}};
   } else {
     made.shape = GridShape{{40, 40}, {80, 80}};
     made.transform.translate = {0, -20, -20};

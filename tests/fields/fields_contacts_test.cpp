@@ -15,7 +15,7 @@ EnvironmentSpec table(Sides sides) {
   EnvironmentSpec spec;
   spec.name = "table", spec.sides = sides, spec.thickness = kThick;
   if (sides == Sides::Solid)
-    spec.shape = BoxShape{{1, 1, 1}, {2, 2, 2}};
+    spec.shape = BoxShape{{1, 1, 1}, {{2, 2, 2}}};
   else
     spec.shape = GridShape{{1, 1}, {2, 2}}, spec.transform.translate = {-0.5, 0.5, -0.5};
   return spec;

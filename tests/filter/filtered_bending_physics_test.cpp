@@ -255,7 +255,7 @@ TEST(FilteredBending, OfStretchedAndSharplyFoldedSheetsHasTheEnergyOfChords) {
 
 EnvironmentSpec ground_to_bow_on(double thickness) {
   EnvironmentSpec ground;
-  ground.name = "ground", ground.shape = BoxShape{{4, 0.2, 4}, {1, 1, 1}}, ground.transform.translate = {0, -0.1, 0};
+  ground.name = "ground", ground.shape = BoxShape{{4, 0.2, 4}, {{1, 1, 1}}}, ground.transform.translate = {0, -0.1, 0};
   ground.thickness = thickness, ground.friction = 0.3;
   return ground;
 }

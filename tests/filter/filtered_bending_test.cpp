@@ -48,12 +48,12 @@ TEST(BendingMethod, IsFilteredWhereProjectionsAreTooSoftAndFoldsDoNotTurnTooFast
 // Folds along its edges, a twentieth of its hinges, would turn too fast in the filter: it would gain twice its energy.
 TEST(BendingMethod, OfAStiffBoxThatFallsAddsNoEnergy) {
   BodySpec box;
-  box.name = "box", box.shape = BoxShape{{0.6, 0.6, 0.6}, {14, 14, 14}}, box.density = 0.3;
+  box.name = "box", box.shape = BoxShape{{0.6, 0.6, 0.6}, {{14, 14, 14}}}, box.density = 0.3;
   box.transform.translate = {0, 1.4, 0}, box.transform.axis = {1, 0.4, 0.2}, box.transform.degrees = 40;
   box.constraints = {stiff("distance", {"edges", "shear"}), bending_of("bending", 1e4)};
   Scene scene = scene_of({box}, kEarth, 1.0 / 60, 10);
   EnvironmentSpec ground;
-  ground.name = "ground", ground.shape = BoxShape{{9, 1, 9}, {1, 1, 1}}, ground.transform.translate = {0, -0.5, 0};
+  ground.name = "ground", ground.shape = BoxShape{{9, 1, 9}, {{1, 1, 1}}}, ground.transform.translate = {0, -0.5, 0};
   scene.environment = {ground};
   Simulation simulation(scene, {.threads = 1});
   const auto energy = [&] { return simulation.measure().kinetic + simulation.measure().potential; };

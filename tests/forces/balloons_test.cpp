@@ -45,7 +45,7 @@ Scene thrown(unsigned seed, const std::string& method, int substeps, double soft
   body.velocity = {random(-0.2, 0.2) * speed, -speed, random(-0.2, 0.2) * speed};
   Scene scene = scene_of({body}, random() < 0 ? kEarth : Vec3{}, 1.0 / 60, substeps, Precision::Double);
   scene.solver.type = method;
-  EnvironmentSpec box = obstacle("box", BoxShape{{1, 0.4, 1}, {1, 1, 1}});
+  EnvironmentSpec box = obstacle("box", BoxShape{{1, 0.4, 1}, {{1, 1, 1}}});
   box.transform.translate = {-0.5, -0.2, 0.1};
   box.friction = std::max(0.0, random());
   scene.environment = {box};

@@ -261,7 +261,7 @@ class PuckWithACorrector : public PbdCorrector {
   static Scene puck(double friction, const Vec3& velocity, const Vec3& spin) {
     BodySpec body;
     body.name = "puck";
-    body.shape = BoxShape{{1, 0.2, 0.7}, {4, 1, 3}};
+    body.shape = BoxShape{{1, 0.2, 0.7}, {{4, 1, 3}}};
     body.mass = 1;
     body.constraints = {stiff("distance", {"edges", "shear"}), stiff("pressure")};
     body.velocity = velocity, body.spin = spin;
@@ -294,7 +294,7 @@ TEST_F(PuckWithACorrector, KeepsItsSpinOnSmoothGroundAndDoesNotSinkOrRise) {
 // A cube at rest: the sequential projections exert no torque about the vertical.
 TEST_F(PuckWithACorrector, DoesNotBeginToTurnWhereItRests) {
   Scene scene = puck(0, {}, {});
-  scene.bodies[0].shape = BoxShape{{0.5, 0.5, 0.5}, {4, 4, 4}};
+  scene.bodies[0].shape = BoxShape{{0.5, 0.5, 0.5}, {{4, 4, 4}}};
   scene.bodies[0].transform.translate = {0, 0.26, 0};
   for (const bool corrects : {true, false})
     // kg m^2/s: 1,800 substeps round velocities of 0.02 m/s at most, and forces

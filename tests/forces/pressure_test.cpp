@@ -246,7 +246,7 @@ Scene falling_limbs(int subdivisions) {
   body.transform.translate = {0, 0.5 - low, 0};
   body.constraints = {compliant("distance", 1e-4, {"edges"}), stiff("pressure")};
   Scene scene = scene_of({body}, kEarth, 1.0 / 60, 2);
-  scene.environment = {obstacle("ground", BoxShape{{40, 1, 40}, {1, 1, 1}})};
+  scene.environment = {obstacle("ground", BoxShape{{40, 1, 40}, {{1, 1, 1}}})};
   scene.environment[0].transform.translate = {0, -0.5, 0};
   return scene;
 }

@@ -29,9 +29,9 @@ Scene resting_sheet(const std::string& solver = "pbd", Precision precision = Pre
   EnvironmentSpec ground = obstacle("ground", GridShape{{4, 4}, {1, 1}}, Sides::OneSided);
   ground.transform.translate = {-2, 0, -2};
   ground.friction = 0.5;
-  EnvironmentSpec hammer = obstacle("hammer", BoxShape{{0.2, 0.2, 0.2}, {1, 1, 1}});
+  EnvironmentSpec hammer = obstacle("hammer", BoxShape{{0.2, 0.2, 0.2}, {{1, 1, 1}}});
   hammer.motion = {{3, {0, 0.5, 0}}, {3.2, {0, 0.107, 0}}};
-  EnvironmentSpec wheel = obstacle("wheel", BoxShape{{0.2, 0.2, 0.2}, {1, 1, 1}});
+  EnvironmentSpec wheel = obstacle("wheel", BoxShape{{0.2, 0.2, 0.2}, {{1, 1, 1}}});
   wheel.motion = {{0, {9, 0.5, 0}}, {100, {9, 0.5, 0}, {0, 1, 0}, 36000}};
   scene.environment = {ground, hammer, wheel};
   scene.sleep = Sleep{0.02, 0.2};
@@ -132,7 +132,7 @@ TEST(Sleep, ComesWithTheStepThatWasAskedFor) {
 /// A box that turns beside it may touch it at any time: nothing sleeps before it stops.
 TEST(Sleep, DoesNotComeBesideWhatMoves) {
   Scene scene = scene_of({particle({0, 0, 0})}, {0, 0, 0}, 0.01);
-  scene.environment = {obstacle("box", BoxShape{{0.2, 0.2, 0.2}, {1, 1, 1}})};
+  scene.environment = {obstacle("box", BoxShape{{0.2, 0.2, 0.2}, {{1, 1, 1}}})};
   scene.environment[0].motion = {{0, {0.15, 0, 0}}, {0.5, {0.15, 0, 0}, {0, 1, 0}, 90}};
   scene.sleep = Sleep{0.1, 0.1};
   Simulation simulation(scene, {.threads = 1});

@@ -20,7 +20,7 @@ BodySpec sheet() {
 }
 
 BodySpec crate() {
-  BodySpec body = malha::body("crate", BoxShape{{0.4, 0.4, 0.4}, {2, 2, 2}},
+  BodySpec body = malha::body("crate", BoxShape{{0.4, 0.4, 0.4}, {{2, 2, 2}}},
                               {stiff("distance", {"edges", "shear"}), stiff("bending", {}, 0.5)});
   body.transform.translate = {0, 0.22, 0};
   return body;

@@ -13,7 +13,7 @@ namespace malha {
 
 /// The body on a solid, or on a one-sided plane. The faces of neither are aligned with the body's cells.
 inline Scene resting(const BodySpec& body, const std::string& solver, Precision precision, bool solid) {
-  EnvironmentSpec ground = solid ? obstacle("ground", BoxShape{{6, 1, 6}, {3, 1, 3}})
+  EnvironmentSpec ground = solid ? obstacle("ground", BoxShape{{6, 1, 6}, {{3, 1, 3}}})
                                  : obstacle("ground", GridShape{{6, 6}, {3, 3}}, Sides::OneSided);
   ground.transform.translate = solid ? Vec3{0.03, -0.5, 0.02} : Vec3{-3.03, 0, -3.02};
   ground.friction = 0.5;

@@ -138,7 +138,7 @@ TEST(StrainOfARun, SaysHowFarContactsTookBackWhatLongRangeHolds) {
   Scene scene = scene_of({chain}, kEarth, 1.0 / 60, 10);
   EXPECT_LT(after(scene, 1).times().strains.beyond, 1e-12);
   EnvironmentSpec press;
-  press.name = "press", press.shape = BoxShape{{1, 0.2, 1}, {1, 1, 1}};
+  press.name = "press", press.shape = BoxShape{{1, 0.2, 1}, {{1, 1, 1}}};
   press.transform.translate = {0, -0.3, 0};  // its lower side at -0.4
   Keyframe last;
   last.time = 0.5, last.translate = {0, -0.2, 0};

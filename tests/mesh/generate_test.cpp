@@ -159,7 +159,7 @@ TEST(GenerateCloud, PutsASingleParticleInTheMiddle) {
 
 TEST(Generate, RefusesCountsBelowOneAndBeyondNumbering) {
   EXPECT_EQ(refusal([] { generate(GridShape{{1, 1}, {0, 4}}); }), "grid: cells: found 0; allowed: 1 or more");
-  EXPECT_EQ(refusal([] { generate(BoxShape{{1, 1, 1}, {4, 4, -1}}); }), "box: cells: found -1; allowed: 1 or more");
+  EXPECT_EQ(refusal([] { generate(BoxShape{{1, 1, 1}, {{4, 4, -1}}}); }), "box: cells: found -1; allowed: 1 or more");
   EXPECT_EQ(refusal([] { generate(BarShape{1, 1, 0}); }), "bar: cells: found 0; allowed: 1 or more");
   EXPECT_EQ(refusal([] { generate(ChainShape{{}, {}, 0}); }), "chain: segments: found 0; allowed: 1 or more");
   EXPECT_EQ(refusal([] { generate(LatticeShape{{}, {}, {1, 0, 1}}); }), "lattice: count: found 0; allowed: 1 or more");
@@ -167,7 +167,7 @@ TEST(Generate, RefusesCountsBelowOneAndBeyondNumbering) {
   const std::string most = "; allowed: at most 134217728";
   EXPECT_EQ(refusal([] { generate(GridShape{{1, 1}, {99999, 99999}}); }), "grid: found 1e+10 points" + most);
   EXPECT_EQ(refusal([] { generate(SphereShape{1, 15}); }), "sphere: found 1.07374e+10 points" + most);
-  EXPECT_EQ(refusal([] { generate(BoxShape{{1, 1, 1}, {9999, 9999, 9999}}); }), "box: found 6e+08 points" + most);
+  EXPECT_EQ(refusal([] { generate(BoxShape{{1, 1, 1}, {{9999, 9999, 9999}}}); }), "box: found 6e+08 points" + most);
   EXPECT_EQ(refusal([] { generate(BarShape{1e9, 1, 1}); }), "bar: found 1e+09 points" + most);
   EXPECT_EQ(refusal([] { generate(ChainShape{{}, {}, 2147483647}); }), "chain: found 2.14748e+09 points" + most);
   EXPECT_EQ(refusal([] { generate(LatticeShape{{}, {}, {2000, 2000, 2000}}); }), "lattice: found 8e+09 points" + most);

@@ -63,7 +63,7 @@ TEST(Geodesics, AreStraightFromRowsAndPointsOfIrregularFlatMeshes) {
 /// The path leads from a corner of a cube straight across the faces that meet there, and to the three others round the
 /// nearest edge.
 TEST(Geodesics, GoRoundTheEdgesOfACube) {
-  const Mesh cube = make_mesh(BoxShape{{1, 1, 1}, {6, 7, 5}});
+  const Mesh cube = make_mesh(BoxShape{{1, 1, 1}, {{6, 7, 5}}});
   Vec3 low = cube.points[0];
   for (const Vec3& p : cube.points)
     for (int k = 0; k < 3; ++k) low[k] = std::min(low[k], p[k]);

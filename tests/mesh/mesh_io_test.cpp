@@ -148,7 +148,7 @@ TEST_F(ReadMesh, KnowsABinaryStlThatStartsLikeAnAsciiOne) {
 
 TEST_F(ReadMesh, AgreesWithTinyobjloader) {
   std::ostringstream text;  // every way to name a corner, on more points than could match by accident
-  const Mesh box = generate(BoxShape{{1.5, 2.25, 3.125}, {3, 2, 4}});
+  const Mesh box = generate(BoxShape{{1.5, 2.25, 3.125}, {{3, 2, 4}}});
   for (const Vec3& p : box.points) text << "v " << p[0] << ' ' << p[1] << ' ' << p[2] << '\n';
   text << "vn 1 0 0\nvt 0 0\n";
   for (std::size_t i = 0; i < box.faces.size(); ++i) {

@@ -157,7 +157,7 @@ TEST(SignedVolume, IsThatOfATetrahedronAndItsMirrorImage) {
 }
 
 TEST(SignedVolume, KeepsItsDigitsFarFromTheOrigin) {
-  Mesh box = generate(BoxShape{{1, 2, 4}, {2, 2, 2}});
+  Mesh box = generate(BoxShape{{1, 2, 4}, {{2, 2, 2}}});
   for (Vec3& point : box.points) {
     for (double& value : point) value += 1 << 30;  // exact: the sizes are powers of two
   }
@@ -283,7 +283,7 @@ TEST(RequireClosed, RefusesNeighboursOrientedAgainstEachOther) {
 }
 
 TEST(RequireClosed, RefusesAMeshInsideOut) {
-  Mesh mesh = generate(BoxShape{{1, 2, 3}, {1, 1, 1}});
+  Mesh mesh = generate(BoxShape{{1, 2, 3}, {{1, 1, 1}}});
   for (Quad& face : mesh.faces) std::ranges::reverse(face);
   EXPECT_EQ(
       closed_refusal(mesh),

@@ -39,7 +39,7 @@ Mesh split_at_every_face(const Mesh& whole, double off, unsigned seed) {
 }
 
 TEST(Weld, OfASurfaceSplitAtEveryFaceGivesTheSurfaceBack) {
-  for (const Mesh& whole : {generate(SphereShape{1, 3}), generate(BoxShape{{1, 2, 3}, {3, 4, 5}})})
+  for (const Mesh& whole : {generate(SphereShape{1, 3}), generate(BoxShape{{1, 2, 3}, {{3, 4, 5}}})})
     for (const double off : {0.0, 1e-7}) {
       Mesh mesh = split_at_every_face(whole, off, 5);
       const int split = static_cast<int>(mesh.points.size());

@@ -49,7 +49,7 @@ TEST(Tearing, GoesOnBesideEdgesOfTheEnvironmentAndFromItsCheckpoints) {
   Scene scene = pulled(0.9);
   for (const bool moves : {false, true}) {  // a rod at rest, and a rod that moves
     EnvironmentSpec rod;
-    rod.name = moves ? "comes" : "lies", rod.shape = BoxShape{{1, 0.1, 0.1}, {1, 1, 1}}, rod.edges = true;
+    rod.name = moves ? "comes" : "lies", rod.shape = BoxShape{{1, 0.1, 0.1}, {{1, 1, 1}}}, rod.edges = true;
     rod.transform.translate = {0.5, moves ? -0.4 : -0.1, 1};
     if (moves) rod.motion = {{0, {}, {0, 1, 0}, 0}, {1, {0, 0.4, 0.1}, {0, 1, 0}, 20}};
     scene.environment.push_back(rod);
@@ -173,7 +173,7 @@ TEST(Tearing, GoesOnBesideOtherBodiesAndObstacles) {
   Scene scene = pulled(0.9);
   BodySpec ball = tumbling_ellipsoid(1, {stiff("distance", {"edges"})});
   EnvironmentSpec ground;
-  ground.name = "ground", ground.shape = BoxShape{{9, 1, 9}, {1, 1, 1}};
+  ground.name = "ground", ground.shape = BoxShape{{9, 1, 9}, {{1, 1, 1}}};
   ground.transform.translate = {0, -1, 0};
   scene.bodies.push_back(ball), scene.environment = {ground}, scene.gravity = kEarth;
   const Simulation simulation = after(scene, 1);

@@ -208,7 +208,7 @@ TEST(Levels, KeepTheMomentumOfAFreeBody) {
 /// Curved at rest: no force acts, so that only the rounding of lengths moves it.
 TEST(Levels, LeaveWhatIsAtRestAlone) {
   BodySpec ball, box;
-  ball.shape = SphereShape{0.5, 4}, box.shape = BoxShape{{1, 1, 1}, {140, 140, 140}};
+  ball.shape = SphereShape{0.5, 4}, box.shape = BoxShape{{1, 1, 1}, {{140, 140, 140}}};
   for (BodySpec& body : {std::ref(ball), std::ref(box)}) {
     body.name = "body", body.mass = 1, body.constraints = {stiff("distance", {"edges"})};
     Scene scene = scene_of({body}, {}, 1.0 / 60, 10);

@@ -45,7 +45,7 @@ bool meets_box(const Vec3& from, const Vec3& to, const Vec3& low, const Vec3& hi
 TEST(TheDefaultCamera, FramesAPillowThatIsBlownUp) {
   BodySpec pillow;
   pillow.name = "pillow", pillow.mass = 0.2;
-  pillow.shape = BoxShape{{1, 0.02, 1}, {16, 1, 16}};
+  pillow.shape = BoxShape{{1, 0.02, 1}, {{16, 1, 16}}};
   pillow.constraints = {compliant("distance", 1e-2, {"edges"}), stiff("pressure", {}, 1, 20)};
   const Scene scene = scene_of({pillow}, {}, 1.0 / 60, 20);
   const Camera camera = camera_of(scene);
@@ -72,7 +72,7 @@ TEST(TheDefaultCamera, LooksBetweenPlatesThatWouldHideABalloon) {
   ball.constraints = {stiff("distance", {"edges"}), stiff("pressure")};
   Scene scene = scene_of({ball}, {}, 1.0 / 60, 10);
   EnvironmentSpec plate;
-  plate.shape = BoxShape{{1.6, 0.1, 1.6}, {1, 1, 1}};
+  plate.shape = BoxShape{{1.6, 0.1, 1.6}, {{1, 1, 1}}};
   for (const double y : {-0.55, 0.55}) {
     plate.name = y < 0 ? "lower" : "upper", plate.transform.translate = {0, y, 0};
     scene.environment.push_back(plate);

@@ -22,7 +22,7 @@ BodySpec sheet_of_289(const ConstraintSpec& edges) {
   return sheet;
 }
 BodySpec box_of_98() {
-  BodySpec box = body("box", BoxShape{{0.4, 0.4, 0.4}, {4, 4, 4}},
+  BodySpec box = body("box", BoxShape{{0.4, 0.4, 0.4}, {{4, 4, 4}}},
                       {stiff("distance", {"edges", "shear"}), stiff("bending", {}, 0.5)});
   box.transform.translate = {0, 0.22, 0};
   return box;

@@ -183,7 +183,7 @@ class Attacks {
     for (const int side : {-1, 1}) {
       EnvironmentSpec wall;
       wall.name = side < 0 ? "below" : "above";
-      wall.shape = BoxShape{{3, 0.5, 3}, {1, 1, 1}};
+      wall.shape = BoxShape{{3, 0.5, 3}, {{1, 1, 1}}};
       wall.transform.translate = {0, side < 0 ? -0.4 : 0.6, 0};
       wall.thickness = 0.004;
       wall.friction = 0.3;
@@ -203,7 +203,7 @@ class Attacks {
     }
     EnvironmentSpec slab;
     slab.name = "slab", slab.edges = true;
-    slab.shape = BoxShape{{random(0.1, 0.8), 0.3, random(0.02, 0.3)}, {1, 1, 1}};
+    slab.shape = BoxShape{{random(0.1, 0.8), 0.3, random(0.02, 0.3)}, {{1, 1, 1}}};
     slab.thickness = 0.004;
     slab.friction = std::max(0.0, random());
     const Vector3<double> axis = random.direction();
@@ -218,7 +218,7 @@ class Attacks {
     scene.environment.push_back(slab);
     if (random() < 0 || turns) return;  // an object that rotates would come through the ground, and leave no gap
     EnvironmentSpec ground;
-    ground.name = "ground", ground.shape = BoxShape{{3, 0.5, 3}, {1, 1, 1}};
+    ground.name = "ground", ground.shape = BoxShape{{3, 0.5, 3}, {{1, 1, 1}}};
     ground.transform.translate = {0, -0.85, 0}, ground.thickness = 0.004, ground.friction = 0.3;
     scene.environment.push_back(ground);
   }
@@ -233,7 +233,7 @@ class Attacks {
     EnvironmentSpec ball, ground;
     ball.name = "ball", ball.shape = SphereShape{random(0.1, 0.25), 3};
     ball.transform.translate = {random(-0.2, 0.2), -0.3, random(-0.2, 0.2)};
-    ground.name = "ground", ground.shape = BoxShape{{3, 0.5, 3}, {1, 1, 1}};
+    ground.name = "ground", ground.shape = BoxShape{{3, 0.5, 3}, {{1, 1, 1}}};
     ground.transform.translate = {0, -0.6, 0};
     for (EnvironmentSpec object : {ball, ground}) {
       object.thickness = 0.004, object.restitution = random(0.3, 1);

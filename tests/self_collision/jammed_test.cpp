@@ -139,7 +139,7 @@ std::pair<Scene, double> driven_jam(Random& random, const TemporaryFolder& folde
   scene.self_collision = SelfCollision{between(0.001, 0.01), random.below(2) == 0 ? 0 : 0.3, {}};
   if (random.below(2) == 0) {
     EnvironmentSpec ground;
-    ground.name = "ground", ground.shape = BoxShape{{20, 1, 20}, {4, 1, 4}}, ground.transform.translate = {0, -1.3, 0};
+    ground.name = "ground", ground.shape = BoxShape{{20, 1, 20}, {{4, 1, 4}}}, ground.transform.translate = {0, -1.3, 0};
     ground.friction = 0.3, ground.edges = random.below(2) == 0;
     scene.environment = {ground};
   }
@@ -186,7 +186,7 @@ TEST(Jammed, ARoundOfPushesIsNotRepeatedWithoutEndAndTheRunReportsWhatStaysJamme
     Scene scene = scene_of(bodies, kEarth, 1.0 / 60, 1);
     scene.self_collision = SelfCollision{0.01, 0.3, {}};
     EnvironmentSpec ground;
-    ground.name = "ground", ground.shape = BoxShape{{2, 1, 2}, {8, 1, 8}},
+    ground.name = "ground", ground.shape = BoxShape{{2, 1, 2}, {{8, 1, 8}}},
     ground.transform.translate = {0.2, -0.51, 0.2};
     ground.edges = true, ground.friction = 0.3;
     scene.environment = {ground};
@@ -222,7 +222,7 @@ TEST(Jammed, WhatABoxLiftsAndABodyHoldsBackHasNoSpeed) {
       pins.motion = {{.time = 0}, {.time = 0.2, .translate = {-0.11, -0.35, 0.47}}};
       drawn.pins = {pins};
       EnvironmentSpec box;
-      box.name = "box", box.shape = BoxShape{{3, 0.5, 3}, {1, 1, 1}}, box.transform.translate = {0, -0.3, 0};
+      box.name = "box", box.shape = BoxShape{{3, 0.5, 3}, {{1, 1, 1}}}, box.transform.translate = {0, -0.3, 0};
       Scene scene = scene_of({weak_sheet(random, folder, "free", 0, 1.6), drawn}, kEarth, 1.0 / 600, 1, precision);
       scene.environment = {box}, scene.self_collision = SelfCollision{0.005, 0.5, {}};
       Simulation simulation(scene, {.threads = 1});

@@ -183,7 +183,7 @@ class InsideScenes {
   static PlacedSolid obstacle(Random& random, const Place& at) {
     const int form = random.below(3);
     const double side = random(0.15, 0.4);
-    const Mesh mesh = form == 0   ? generate(BoxShape{{side, side, side}, {1, 1, 1}})
+    const Mesh mesh = form == 0   ? generate(BoxShape{{side, side, side}, {{1, 1, 1}}})
                       : form == 1 ? generate(SphereShape{side / 2, 2})
                                   : l_prism(side);
     PlacedSolid solid = placed("", mesh, random.direction(), random(0, 180), at);
@@ -191,7 +191,7 @@ class InsideScenes {
     return solid;
   }
   static PlacedSolid ground(Random& random) {
-    PlacedSolid solid = placed("", generate(BoxShape{{6, 0.6, 6}, {2, 1, 2}}), {0, 1, 0}, random(0, 90), {0, -0.65, 0});
+    PlacedSolid solid = placed("", generate(BoxShape{{6, 0.6, 6}, {{2, 1, 2}}}), {0, 1, 0}, random(0, 90), {0, -0.65, 0});
     touch(solid, random);
     return solid;
   }
@@ -318,7 +318,7 @@ TEST(NothingInside, OfABoxThatFallsOnASheet) {
         InsideScene made;
         made.scene = scene_of({sheet}, {}, 1.0 / 60, substeps, Precision::Float);
         made.scene.solver.type = method, made.scene.self_collision = SelfCollision{0.005, 0.3, {}};
-        PlacedSolid box = placed("box", generate(BoxShape{{0.3, 0.3, 0.3}, {1, 1, 1}}), {1, 0.2, 0.4}, 20, {0, 0.4, 0});
+        PlacedSolid box = placed("box", generate(BoxShape{{0.3, 0.3, 0.3}, {{1, 1, 1}}}), {1, 0.2, 0.4}, 20, {0, 0.4, 0});
         set_moving(box, {0, -speed, 0}, {0, 1, 0}, 0, 3 / speed);
         made.scene.environment = {box.spec}, made.solids = {box};
         Insides found;
@@ -340,7 +340,7 @@ TEST(NothingInside, OfABlockThatFallsOnABox) {
         InsideScene made;
         made.scene = scene_of({block}, kEarth, 1.0 / 60, substeps, Precision::Float);
         made.scene.solver.type = method, made.scene.self_collision = SelfCollision{0.005, 0.3, {}};
-        const PlacedSolid box = placed("box", generate(BoxShape{{0.3, 0.3, 0.3}, {1, 1, 1}}), {0, 1, 0}, 20, {0, 0, 0});
+        const PlacedSolid box = placed("box", generate(BoxShape{{0.3, 0.3, 0.3}, {{1, 1, 1}}}), {0, 1, 0}, 20, {0, 0, 0});
         made.scene.environment = {box.spec}, made.solids = {box};
         Insides found;
         look_inside(made, 40, found);

@@ -232,7 +232,7 @@ TEST(StartsNear, KeepsItsDistanceUnderAWeightAndTheThicknessOnceItHasOpened) {
 // A sheet above a solid that is smaller: particles over it are near, those beside it are not.
 TEST(StartsNear, ASheetOverASolidStaysAtRest) {
   const TemporaryFolder folder;
-  EnvironmentSpec box = obstacle("box", BoxShape{{0.23, 0.2, 0.17}, {1, 1, 1}});
+  EnvironmentSpec box = obstacle("box", BoxShape{{0.23, 0.2, 0.17}, {{1, 1, 1}}});
   box.transform.translate = {0.25, -0.1 - kNearer, 0.25};
   EnvironmentSpec ball = obstacle("ball", SphereShape{0.3, 3});
   ball.transform.translate = {0.25, -0.3 - kNearer, 0.25};
@@ -251,7 +251,7 @@ TEST(StartsNear, ASheetOverASolidStaysAtRest) {
 /// A box whose top is at y = 0, so that a body at height y lies y above it; its thickness is 5 mm, and it is narrower
 /// than the bodies on it.
 EnvironmentSpec sunk_in(Sides sides) {
-  EnvironmentSpec solid = obstacle("box", BoxShape{{0.33, 0.2, 0.37}, {1, 1, 1}});
+  EnvironmentSpec solid = obstacle("box", BoxShape{{0.33, 0.2, 0.37}, {{1, 1, 1}}});
   solid.transform.translate = {0.25, -0.1, 0.25};
   if (sides != Sides::Solid)
     solid = obstacle("floor", GridShape{{0.33, 0.37}, {1, 1}}, sides), solid.transform.translate = {0.085, 0, 0.065};
@@ -292,7 +292,7 @@ TEST(StartsNear, WhatLiesInASolidGoesNoDeeperAndStaysOutOnceItWasOut) {
     const double depth = 0.003, thickness = 0.005;
     const BodySpec sheet = near_sheet("a", -depth, Cells::Irregular, folder);
     Scene scene = near_scene({sheet}, 20, "pbd", precision, kEarth);
-    scene.environment = {obstacle("box", BoxShape{{2, 0.2, 2}, {1, 1, 1}})};
+    scene.environment = {obstacle("box", BoxShape{{2, 0.2, 2}, {{1, 1, 1}}})};
     scene.environment[0].transform.translate = {0, -0.1, 0}, scene.environment[0].thickness = thickness;
     Simulation simulation(scene, {.threads = 1});
     EXPECT_LT(fastest_of(simulation, 60), 0.01);
@@ -382,7 +382,7 @@ INSTANTIATE_TEST_SUITE_P(StartsNear, SameBits,
                                upper.spin = {0.5, 0.2, 1};
                                Scene scene = near_scene({near_sheet("a", 0, Cells::Irregular, folder), upper}, 10,
                                                         "pbd", Precision::Float, kEarth);
-                               EnvironmentSpec box = obstacle("box", BoxShape{{0.2, 0.2, 0.2}, {1, 1, 1}});
+                               EnvironmentSpec box = obstacle("box", BoxShape{{0.2, 0.2, 0.2}, {{1, 1, 1}}});
                                box.transform.translate = {0.25, -0.1 - kNearer, 0.25};
                                box.edges = true;
                                scene.environment = {box};

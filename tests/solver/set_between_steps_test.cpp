@@ -92,7 +92,7 @@ TEST(SetBetweenSteps, GravityIsThatOfTheScene) {
     }
     if (name == "floor") {
       EnvironmentSpec ground;
-      ground.name = "ground", ground.shape = BoxShape{{20, 1, 20}, {1, 1, 1}}, ground.restitution = 0.5;
+      ground.name = "ground", ground.shape = BoxShape{{20, 1, 20}, {{1, 1, 1}}}, ground.restitution = 0.5;
       ground.transform.translate = {0, -0.6, 0};
       scene.environment = {ground};
     }
