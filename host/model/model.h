@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "host/environment/exact_shape.h"
+#include "host/model/exact_shape.h"
 #include "host/model/ordering/patches.h"
 #include "host/model/pins.h"
 #include "malha/scene.h"

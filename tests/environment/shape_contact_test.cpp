@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "host/environment/exact_shape.h"
+#include "host/environment/moving_shape.h"
 #include "host/fields/contacts.h"
 #include "host/report/launches.h"
 #include "host/solver/solver.h"

@@ -8,7 +8,7 @@
 #include <random>
 #include <vector>
 
-#include "host/environment/exact_shape.h"
+#include "host/model/exact_shape.h"
 
 namespace malha {
 namespace {
