@@ -110,7 +110,7 @@ class EnvironmentColliders {
     parallel_for(executor_, particles.count, ReconstructPrevious<R>{particles, then.x, R(h)});
     for_each([&](auto& one) { one.set_poses(start, start + h); });
     clamp_tunnelling(then);
-    parallel_for(executor_, particles.count, CommitClamped<R>{particles, R(1 / h)});
+    parallel_for(executor_, particles.count, CommitClamped<R>{particles, R(h), R(1 / h)});
   }
 
   /// Appends the motion of each object in this substep.

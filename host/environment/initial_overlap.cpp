@@ -9,6 +9,7 @@
 
 #include "host/attachments/pose.h"
 #include "host/environment/closest_point_index.h"
+#include "host/environment/moving_shape.h"
 #include "host/mesh/bounding_box.h"
 #include "host/mesh/edge_sides.h"
 #include "host/model/ordering/index_map.h"

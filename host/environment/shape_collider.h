@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "host/base/array.h"
-#include "host/environment/exact_shape.h"
+#include "host/environment/moving_shape.h"
 #include "host/environment/proximity_memory.h"
 #include "host/environment/shape_memory.h"
 #include "host/model/model.h"

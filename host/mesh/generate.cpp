@@ -273,9 +273,7 @@ Mesh make(const CylinderShape& cylinder) {
   return revolve(cylinder.from, cylinder.to, 0, length, {{0, cylinder.radius}, {length, cylinder.radius}});
 }
 
-Mesh make(const PlaneShape&) {
-  return {{{-1, 0, -1}, {-1, 0, 1}, {1, 0, 1}, {1, 0, -1}}, {{0, 1, 2, 3}}, {}, {}};
-}
+Mesh make(const PlaneShape&) { return {{{-1, 0, -1}, {-1, 0, 1}, {1, 0, 1}, {1, 0, -1}}, {{0, 1, 2, 3}}, {}, {}}; }
 
 Mesh make(const LatticeShape& lattice) {
   const auto [nx, ny, nz] = lattice.count;

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "host/animation/animation.h"
-#include "host/environment/exact_shape.h"
 #include "host/mesh/rest_shape.h"
+#include "host/model/exact_shape.h"
 #include "host/model/ordering/patches.h"
 #include "host/model/pins.h"
 #include "kernels/projection/constraint_kind.h"

@@ -14,8 +14,8 @@ namespace malha {
 /// from its objects (`collider`); each may be absent. Particles that meshes and edges moved are kinematic for
 /// self-collision from then on. `timed(pass, work)` runs work().
 template <class Self, class Edges, class Colliders, class Kinematic, class R, class Timed>
-void apply_final_guards(Self& self, Edges& edges, Colliders& collider, Kinematic& kinematic,
-                        const Particles<R>& all, const Timed& timed) {
+void apply_final_guards(Self& self, Edges& edges, Colliders& collider, Kinematic& kinematic, const Particles<R>& all,
+                        const Timed& timed) {
   constexpr int max_rounds = 4;  // of all jams that resolve, 99.99 of 100 did in 3
   if (!self && !edges) return;
   const auto has_environment_contacts = [&] {

@@ -82,26 +82,28 @@ struct MeasureClearance {
   }
 };
 
-/// Reconstructs the positions a substep ago (to the rounding of x), and sets p to the present ones.
+/// Reconstructs the positions a substep ago (to the rounding of x), and the displacements since.
 template <class R>
 struct ReconstructPrevious {
   Particles<R> particles;
   Points<R> before;
   R dt;  // the substep h, s
   KERNEL void operator()(int i) const {
-    const Vector3<R> x = particles.x[i];
-    particles.p.clear_displacement(i);
-    before.set(i, x - particles.v[i] * dt);
+    const Vector3<R> displacement = particles.v[i] * dt;
+    particles.p.d.set(i, displacement);
+    before.set(i, particles.x[i] - displacement);
   }
 };
 
-/// Commits the positions of particles that were clamped after their substep: x = p, and v accordingly.
+/// Commits the positions of particles that were clamped after their substep, and v accordingly: those whose
+/// displacement is no longer the one that ReconstructPrevious set.
 template <class R>
 struct CommitClamped {
   Particles<R> particles;
-  R per_dt;  // 1 / h of the substep, 1/s
+  R dt, per_dt;  // the substep h (s), and 1 / h
   KERNEL void operator()(int i) const {
-    const Vector3<R> shift = particles.p.d[i];
+    const Vector3<R> shift = particles.p.d[i] - particles.v[i] * dt;
+    particles.p.d.set(i, shift);
     if (shift.x == R(0) && shift.y == R(0) && shift.z == R(0)) return;
     particles.v.set(i, particles.v[i] + shift * per_dt);
     particles.p.advance_x(i), particles.p.clear_displacement(i);

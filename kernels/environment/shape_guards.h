@@ -83,6 +83,7 @@ struct ClampAtShapes : PathsIntoShapes<R> {
     int entered = 0;
     while (entered < this->count && !this->crossing(i, entered).hit) ++entered;
     if (entered == this->count) return;
+    const Vector3<R> before = this->particles.p.d[i];
     if (move_with_shapes) this->particles.p.d.set(i, rigid_displacement(entered, i));
     if (!clamp_to_all(i)) {
       // Each shape pushes it into another one: it stays where the substep began, unless a moving shape pushes it from
@@ -90,6 +91,7 @@ struct ClampAtShapes : PathsIntoShapes<R> {
       this->particles.p.clear_displacement(i);
       clamp_to_all(i);
     }
+    if (same(before, this->particles.p.d[i])) return;
     atomic_increment(moved);
     if (!marks.is_enabled()) return;
     KinematicOwner owner = 0;

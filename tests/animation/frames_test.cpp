@@ -36,7 +36,8 @@ class PointCache : public testing::Test {
  protected:
   /// A point cache by malha's own writer, with the triangle at these heights.
   std::string write(const std::vector<double>& heights) {
-    FrameTopology topology{.faces = {{0, 1, 2, -1}}, .rest = triangle_at(1)};
+    FrameTopology topology;
+    topology.faces = {{0, 1, 2, -1}}, topology.rest = triangle_at(1);
     const auto format = make_pc2((folder_ / "points.pc2").parent_path(), topology, 0);
     for (std::size_t i = 0; i < heights.size(); ++i) {
       const std::vector<Vec3> points = triangle_at(heights[i]);

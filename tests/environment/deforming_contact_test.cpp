@@ -87,7 +87,7 @@ class DeformingBench {
     Model model;
     model.scene.solver.dt = h, model.scene.solver.substeps = 1;
     model.environment.push_back({spec, generate(spec.shape)});
-    model.environment[0].spec.animation = AnimationSpec{.from_code = true};
+    model.environment[0].spec.animation.emplace().from_code = true;
     for (const Point& a : x) model.x.push_back({a.x, a.y, a.z});
     return model;
   }

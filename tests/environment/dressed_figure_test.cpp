@@ -115,7 +115,8 @@ TEST(DressedFigure, HasTheSameBitsOnAnyNumberOfThreadsAndAfterResuming) {
   std::mt19937 random(11);
   Scene scene = walking_figure(4, 0.2);
   scene.bodies = {random_garment(random)};
-  scene.self_collision = SelfCollision{.thickness = 0.004, .friction = 0.2};
+  scene.self_collision.emplace();
+  scene.self_collision->thickness = 0.004, scene.self_collision->friction = 0.2;
   std::uint64_t hash = 0;
   for (const int threads : {1, 2, 3}) {
     Simulation simulation(scene, {.threads = threads});

@@ -199,6 +199,26 @@ TEST_P(PulledByALink, FartherThanItsVelocityPredictsAParticleStopsAtTheWall) {
   }
 }
 
+TEST_P(PulledByALink, ItStopsAtAThinSolidOfEitherKindToo) {
+  // Beyond a solid that is thinner than the way of the particle no later contact would know where it came from.
+  for (const BoxShape& box : {BoxShape{{0.01, 2, 2}, {{1, 2, 2}}}, BoxShape{{0.01, 2, 2}, std::nullopt}}) {
+    const auto scene = [&](double rest_scale) {
+      Scene linked = linked_across_a_wall(rest_scale, GetParam());
+      linked.environment[0] = obstacle("wall", box);
+      linked.environment[0].transform.translate = {0.505, 0, 0};
+      return linked;
+    };
+    const Model calm = build_model(scene(1)), taut = build_model(scene(0.01));
+    const auto first = make_solver(calm, 1), then = make_solver(taut, 1);
+    first->step();
+    then->restore(first->save());
+    for (int step = 0; step < 5; ++step) {
+      then->step();
+      EXPECT_NEAR(then->positions()[0][0], 0.5 - 0.005, 1e-5) << "a thickness before the wall, step " << step;
+    }
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Precisions, PulledByALink, testing::Values(Precision::Float, Precision::Double));
 
 TEST(ContactFreeSteps, AreNotTakenWhereTheSceneHasPassesInBetween) {

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "host/environment/exact_shape.h"
+#include "host/environment/moving_shape.h"
 #include "host/fields/contacts.h"
 #include "host/report/launches.h"
 #include "host/solver/solver.h"
@@ -87,7 +87,9 @@ TEST_P(OnEveryShape, NothingPassesAtAnySpeed) {
       ASSERT_LE(depth_in_shapes(simulation), rounding()) << speed << " m/s, step " << step;
       ASSERT_LE(simulation.measure().penetration_max, rounding());
     }
-    if (speed < 1000) EXPECT_GT(touching, 0);
+    if (speed < 1000) {
+      EXPECT_GT(touching, 0);
+    }
   }
 }
 
@@ -106,8 +108,9 @@ TEST_P(OnEveryShape, AShapeThatMovesFastTakesParticlesAlongAndPassesNone) {
       const double far = speed * simulation.time();
       ASSERT_LE(depth_in_shapes(simulation), std::max(1e-12, rounding() * far)) << speed << " m/s, step " << step;
     }
-    if (speed >= 100 && shape().index() == kEveryShape[0].index())
+    if (speed >= 100 && shape().index() == kEveryShape[0].index()) {
       for (const Vec3& x : simulation.positions()) EXPECT_GT(x[1], speed * simulation.time());
+    }
   }
 }
 
@@ -368,7 +371,7 @@ TEST(ShapeContact, AVisualFieldOfContactsHasThePointOnTheShape) {
   Scene scene = scene_of({particle({0.003, 0.405, 0})}, {0, 0, 0}, 1.0 / 60);
   scene.environment = {exact_object("ball", kExactBall)};
   const Simulation simulation(scene, {.threads = 1});
-  const std::vector<ContactPoint> all = Contacts(simulation.model())(simulation.positions(), 0);
+  const std::vector<ContactPoint> all = Contacts(simulation.model())(simulation.positions(), simulation.model().environment, 0);
   ASSERT_EQ(all.size(), 1u);
   EXPECT_NEAR(length(all[0].at), 0.4, 1e-12);
   EXPECT_NEAR(all[0].distance, std::hypot(0.003, 0.405) - 0.4, 1e-12);

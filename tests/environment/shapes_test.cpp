@@ -8,7 +8,7 @@
 #include <random>
 #include <vector>
 
-#include "host/environment/exact_shape.h"
+#include "host/model/exact_shape.h"
 
 namespace malha {
 namespace {
@@ -59,8 +59,9 @@ TEST(Shapes, TheNormalIsTheGradientOfTheDistanceAndLeadsToTheSurface) {
       const ShapePoint way = points.next(1);
       const double ahead = distance_to(shape, a + way * h).distance, behind = distance_to(shape, a - way * h).distance;
       // Near the edges of a shape's medial axis the distance has a kink, within which a difference is no gradient.
-      if (std::abs(ahead - 2 * at.distance + behind) < 1e-10)
+      if (std::abs(ahead - 2 * at.distance + behind) < 1e-10) {
         ASSERT_NEAR((ahead - behind) / (2 * h), dot(at.normal, way), 1e-3);
+      }
     }
 }
 
@@ -129,7 +130,9 @@ TEST(Shapes, ABoxOfParticlesIsNoNearerThanItsBound) {
         nearest = std::min(nearest,
                            distance_to(shape, centre + ShapePoint{r.x * half.x, r.y * half.y, r.z * half.z}).distance);
       }
-      if (bound > 0) ASSERT_GE(nearest, bound - 1e-12);
+      if (bound > 0) {
+        ASSERT_GE(nearest, bound - 1e-12);
+      }
     }
 }
 

@@ -382,7 +382,9 @@ TEST(BodyRest, TethersReachAsFarAsThePattern) {
     for (std::size_t k = 0; k < model.long_range.particle.size(); ++k) {
       const int user = model.user_index[model.long_range.particle[k]];
       const double reach = model.long_range.max_distance[k];
-      if (user < 96) EXPECT_NEAR(reach, std::min(user, 96 - user) * pattern.width / 96, 1e-6);
+      if (user < 96) {
+        EXPECT_NEAR(reach, std::min(user, 96 - user) * pattern.width / 96, 1e-6);
+      }
       most = std::max(most, reach);
     }
     EXPECT_NEAR(most, std::hypot(pattern.width / 2, pattern.height), 1e-3);

@@ -10,6 +10,7 @@
 #include "kernels/environment/edge_detection.h"
 #include "kernels/environment/edge_truncate.h"
 #include "kernels/environment/point_triangle_batch.h"
+#include "kernels/environment/shape_guards.h"
 #include "kernels/environment/triangle_octree.h"
 #include "kernels/filter/corrector.h"
 #include "kernels/filter/dense_filter.h"
@@ -84,6 +85,9 @@ template <class R>
 void instantiate_all() {
   instantiate_groups<SolvePatch<R>, SolveCoarsePatch<R>, Restrict<R>, Prolongate<R>, Pieces<SumPartialRestrictions<R>>,
                      BroadPhaseTest<R>, MeasureClearance<R>>();
+  instantiate_groups<DetectShapeContacts<R>, SolveShapeContacts<R>, RestituteShapeContacts<R>, FindOverlaps<R>,
+                     ClampAtShapes<R>, CancelMotionIntoShapes<R>, MeasureShapeClearance<R>>();
+  instantiate<CountShapeContacts<R>, MeasureDepthInShapes<R>>();
   instantiate<ReconstructPrevious<R>, CommitClamped<R>, MeasureRuns<R>, RefineMassShares<R>, StartLocal<R>,
               MoveLocal<R>>();
   instantiate<FindEdgePairs<R, false>, FindEdgePairs<R, true>, BuildEdgeContacts<R>, ListContactEnds<R>>();

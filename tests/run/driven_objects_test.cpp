@@ -101,7 +101,9 @@ TEST(DrivenObjects, KeepWhatIsAttachedWhenABodyIsLaidOutAnewLater) {
   scene.bodies[0].tear = Tear{10};
   Simulation simulation(scene, {.threads = 1});
   for (int step = 1; step <= 30; ++step) {
-    if (step == 10) EXPECT_GT(simulation.cut({{40, 41}, {49, 50}, {58, 59}}), 0);
+    if (step == 10) {
+      EXPECT_GT(simulation.cut({{40, 41}, {49, 50}, {58, 59}}), 0);
+    }
     simulation.set_pose("plate", pose_after(step)), simulation.step();
   }
   Scene whole = sheet_tied_to_a_plate();

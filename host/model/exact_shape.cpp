@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/environment/exact_shape.h"
+#include "host/model/exact_shape.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
-#include "host/attachments/pose.h"
 #include "host/mesh/bounding_box.h"
 #include "host/mesh/generate.h"
 #include "host/mesh/vectors.h"
@@ -20,21 +21,14 @@ Point point(const Vec3& a) { return {a[0], a[1], a[2]}; }
 /// The rotation and translation of a transform, without its scale.
 Pose pose_of(const Transform& transform) {
   if (transform.degrees == 0 && transform.translate == Vec3{0, 0, 0}) return {};
-  return pose_at({Keyframe{0, transform.translate, transform.axis, transform.degrees}}, 0);
-}
-
-/// first o second
-Pose composed(const Pose& first, const Pose& second) {
-  if (!first.moves) return second;
-  if (!second.moves) return first;
-  Pose both;
-  for (int row = 0; row < 3; ++row)
-    for (int column = 0; column < 3; ++column) {
-      double& sum = both.r[3 * row + column] = 0;
-      for (int k = 0; k < 3; ++k) sum += first.r[3 * row + k] * second.r[3 * k + column];
-    }
-  both.t = to_world(first, second.t), both.moves = true;
-  return both;
+  const double angle = transform.degrees * std::numbers::pi / 180;
+  const Eigen::Vector3d axis = Eigen::Vector3d(transform.axis.data()).normalized();
+  const Eigen::Matrix3d r = Eigen::AngleAxisd(angle, axis).toRotationMatrix();
+  Pose pose;
+  for (int i = 0; i < 3; ++i)
+    for (int k = 0; k < 3; ++k) pose.r[3 * i + k] = r(i, k);
+  pose.t = point(transform.translate), pose.moves = true;
+  return pose;
 }
 
 /// The pose of a frame whose y axis points from one point to another, with its origin in the middle.
@@ -52,6 +46,19 @@ Pose pose_between(const Point& from, const Point& to) {
 }
 
 }  // namespace
+
+Pose composed(const Pose& first, const Pose& second) {
+  if (!first.moves) return second;
+  if (!second.moves) return first;
+  Pose both;
+  for (int row = 0; row < 3; ++row)
+    for (int column = 0; column < 3; ++column) {
+      double& sum = both.r[3 * row + column] = 0;
+      for (int k = 0; k < 3; ++k) sum += first.r[3 * row + k] * second.r[3 * k + column];
+    }
+  both.t = to_world(first, second.t), both.moves = true;
+  return both;
+}
 
 PlacedShape place(const Shape& shape, const Transform& transform) {
   const Vec3& scale = transform.scale;
@@ -97,19 +104,6 @@ Mesh drawing_of(const Shape& shape, const Transform& transform, const std::vecto
   }
   apply(transform, mesh);
   return mesh;
-}
-
-MovingShape moving_shape(const PlacedShape& placed, const EnvironmentSpec& spec, double start, double end) {
-  MovingShape moving{placed.shape,   placed.pose,   placed.pose,     {}, true, 0,
-                     spec.thickness, spec.friction, spec.restitution};
-  if (spec.motion.empty()) return moving;
-  const Pose before = pose_at(spec.motion, start), after = pose_at(spec.motion, end);
-  moving.before = composed(before, placed.pose), moving.after = composed(after, placed.pose);
-  moving.motion = from_to(before, after), moving.rests = false;
-  double squared = 0;  // the Frobenius norm is an upper bound
-  for (int k = 0; k < 9; ++k) squared += std::pow(moving.motion.r[k] - (k % 4 == 0), 2);
-  moving.turn = std::sqrt(squared);
-  return moving;
 }
 
 }  // namespace malha

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Exact shapes of the environment as kernels need them, and meshes to draw them.
+// Exact shapes of the environment as kernels need them, where their objects are at first, and meshes to draw them.
 #pragma once
 #include <vector>
 
@@ -21,7 +21,7 @@ PlacedShape place(const Shape& shape, const Transform& transform);
 /// as a square below the bodies, whose positions (m) are `bodies`.
 Mesh drawing_of(const Shape& shape, const Transform& transform, const std::vector<Vec3>& bodies);
 
-/// The shape in a substep, while its object moves from its pose at `start` to that at `end` (s).
-MovingShape moving_shape(const PlacedShape& placed, const EnvironmentSpec& spec, double start, double end);
+/// The pose that maps a point by `second`, and then by `first`.
+Pose composed(const Pose& first, const Pose& second);
 
 }  // namespace malha
