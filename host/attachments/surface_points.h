@@ -4,7 +4,7 @@
 #include <array>
 #include <vector>
 
-#include "host/environment/object_motion.h"
+#include "host/attachments/object_motion.h"
 #include "kernels/simd/vec.h"
 
 namespace malha {

@@ -7,11 +7,11 @@
 #include <deque>
 #include <vector>
 
+#include "host/attachments/object_motion.h"
 #include "host/base/array.h"
 #include "host/base/point_array.h"
 #include "host/environment/clamp_tunnelling.h"
 #include "host/environment/deforming_surface.h"
-#include "host/environment/object_motion.h"
 #include "host/measure/solver_stats.h"
 #include "host/mesh/vectors.h"
 #include "kernels/environment/deforming_contact.h"

@@ -6,9 +6,9 @@
 #include <deque>
 #include <vector>
 
+#include "host/attachments/object_motion.h"
 #include "host/base/array.h"
 #include "host/environment/host_query_staging.h"
-#include "host/environment/object_motion.h"
 #include "host/environment/proximity_cache.h"
 #include "host/model/model.h"
 

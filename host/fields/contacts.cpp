@@ -3,8 +3,8 @@
 
 #include <cmath>
 
+#include "host/attachments/object_motion.h"
 #include "host/base/parallel_tasks.h"
-#include "host/environment/object_motion.h"
 
 namespace malha {
 

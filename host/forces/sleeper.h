@@ -7,8 +7,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "host/attachments/object_motion.h"
 #include "host/attachments/pose.h"
-#include "host/environment/object_motion.h"
 #include "host/mesh/bounding_box.h"
 #include "host/model/model.h"
 #include "kernels/forces/sleep.h"

@@ -7,10 +7,10 @@
 #include <limits>
 #include <stdexcept>
 
+#include "host/attachments/object_motion.h"
 #include "host/base/file.h"
 #include "host/base/mapped_file.h"
 #include "host/base/memory_size.h"
-#include "host/environment/object_motion.h"
 #include "host/output/frame_formats.h"
 #include "host/output/glb.h"
 #include "malha/error.h"

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <cstdio>
 
+#include "host/attachments/object_motion.h"
 #include "host/base/file.h"
-#include "host/environment/object_motion.h"
 #include "host/model/tear.h"
 #include "host/output/choose_camera.h"
 

@@ -6,8 +6,8 @@
 #include <limits>
 #include <stdexcept>
 
+#include "host/attachments/object_motion.h"
 #include "host/base/build_info.h"
-#include "host/environment/object_motion.h"
 #include "host/output/frame_formats.h"
 #include "host/output/glb.h"
 #include "host/render/picture.h"

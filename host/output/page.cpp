@@ -7,9 +7,9 @@
 #include <set>
 #include <utility>
 
+#include "host/attachments/object_motion.h"
 #include "host/base/build_info.h"
 #include "host/base/file.h"
-#include "host/environment/object_motion.h"
 #include "host/model/model.h"
 #include "host/output/page_parts.h"
 #include "host/render/picture.h"

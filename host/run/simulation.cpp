@@ -6,6 +6,7 @@
 #include <cstring>
 #include <optional>
 
+#include "host/attachments/object_motion.h"
 #include "host/attachments/pose.h"
 #include "host/base/adaptive_thread_count.h"
 #include "host/base/hash.h"
@@ -13,7 +14,6 @@
 #include "host/base/start_threads.h"
 #include "host/environment/edge_crossings.h"
 #include "host/environment/initial_overlap.h"
-#include "host/environment/object_motion.h"
 #include "host/environment/solid_crossings.h"
 #include "host/mesh/vectors.h"
 #include "host/mesh/weld.h"

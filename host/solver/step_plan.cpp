@@ -6,7 +6,7 @@
 #include <initializer_list>
 #include <utility>
 
-#include "host/environment/object_motion.h"
+#include "host/attachments/object_motion.h"
 
 namespace malha {
 

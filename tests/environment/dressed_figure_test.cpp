@@ -8,7 +8,7 @@
 #include <iostream>
 #include <random>
 
-#include "host/environment/object_motion.h"
+#include "host/attachments/object_motion.h"
 #include "host/mesh/bounding_box.h"
 #include "host/model/model.h"
 #include "malha/simulation.h"

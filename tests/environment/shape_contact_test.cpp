@@ -371,7 +371,8 @@ TEST(ShapeContact, AVisualFieldOfContactsHasThePointOnTheShape) {
   Scene scene = scene_of({particle({0.003, 0.405, 0})}, {0, 0, 0}, 1.0 / 60);
   scene.environment = {exact_object("ball", kExactBall)};
   const Simulation simulation(scene, {.threads = 1});
-  const std::vector<ContactPoint> all = Contacts(simulation.model())(simulation.positions(), simulation.model().environment, 0);
+  const std::vector<ContactPoint> all =
+      Contacts(simulation.model())(simulation.positions(), simulation.model().environment, 0);
   ASSERT_EQ(all.size(), 1u);
   EXPECT_NEAR(length(all[0].at), 0.4, 1e-12);
   EXPECT_NEAR(all[0].distance, std::hypot(0.003, 0.405) - 0.4, 1e-12);

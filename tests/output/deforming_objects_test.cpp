@@ -2,7 +2,7 @@
 // Objects that deform, in all that shows them: pictures, pages and glTF.
 #include <gtest/gtest.h>
 
-#include "host/environment/object_motion.h"
+#include "host/attachments/object_motion.h"
 #include "host/output/gallery.h"
 #include "tests/output/gltf_file.h"
 #include "tests/output/page_of_a_run.h"

@@ -57,7 +57,8 @@ TEST_F(PageMarks, ShowWhereTheEnvironmentIsTouched) {
   std::set<int> objects;
   for (const int step : {0, 15, 40}) {
     go(simulation, step);
-    const std::vector<ContactPoint> expected = contacts(simulation.positions(), simulation.time());
+    const std::vector<ContactPoint> expected =
+        contacts(simulation.positions(), simulation.model().environment, simulation.time());
     browser().evaluate("malha.seek(" + shown(simulation.time()) + ")");
     browser().press("9");
     browser().screenshot();

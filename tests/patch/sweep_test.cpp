@@ -282,7 +282,8 @@ void put_pins_at_minus_zero(Model& model) {
 Model sheet_model(std::optional<double> compliance, bool with_wings = true) {
   std::vector<ConstraintSpec> constraints;
   for_each_constraint([&]<class Kind>(Kind) {
-    if (!is_of_mesh<Kind>() || facts_of(Kind::element).solid || (facts_of(Kind::element).weighed && !with_wings)) return;
+    if (!is_of_mesh<Kind>() || facts_of(Kind::element).solid || (facts_of(Kind::element).weighed && !with_wings))
+      return;
     ConstraintSpec spec = constraint(name_in_scenes<Kind>(), Kind::parameter.default_value);
     if (Kind::element == Element::Edges) spec.elements = {"edges", "shear"};
     if constexpr (Kind::strength.accepts_stiffness)

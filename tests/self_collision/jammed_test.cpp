@@ -139,7 +139,8 @@ std::pair<Scene, double> driven_jam(Random& random, const TemporaryFolder& folde
   scene.self_collision = SelfCollision{between(0.001, 0.01), random.below(2) == 0 ? 0 : 0.3, {}};
   if (random.below(2) == 0) {
     EnvironmentSpec ground;
-    ground.name = "ground", ground.shape = BoxShape{{20, 1, 20}, {{4, 1, 4}}}, ground.transform.translate = {0, -1.3, 0};
+    ground.name = "ground", ground.shape = BoxShape{{20, 1, 20}, {{4, 1, 4}}},
+    ground.transform.translate = {0, -1.3, 0};
     ground.friction = 0.3, ground.edges = random.below(2) == 0;
     scene.environment = {ground};
   }

@@ -191,7 +191,8 @@ class InsideScenes {
     return solid;
   }
   static PlacedSolid ground(Random& random) {
-    PlacedSolid solid = placed("", generate(BoxShape{{6, 0.6, 6}, {{2, 1, 2}}}), {0, 1, 0}, random(0, 90), {0, -0.65, 0});
+    PlacedSolid solid =
+        placed("", generate(BoxShape{{6, 0.6, 6}, {{2, 1, 2}}}), {0, 1, 0}, random(0, 90), {0, -0.65, 0});
     touch(solid, random);
     return solid;
   }
@@ -318,7 +319,8 @@ TEST(NothingInside, OfABoxThatFallsOnASheet) {
         InsideScene made;
         made.scene = scene_of({sheet}, {}, 1.0 / 60, substeps, Precision::Float);
         made.scene.solver.type = method, made.scene.self_collision = SelfCollision{0.005, 0.3, {}};
-        PlacedSolid box = placed("box", generate(BoxShape{{0.3, 0.3, 0.3}, {{1, 1, 1}}}), {1, 0.2, 0.4}, 20, {0, 0.4, 0});
+        PlacedSolid box =
+            placed("box", generate(BoxShape{{0.3, 0.3, 0.3}, {{1, 1, 1}}}), {1, 0.2, 0.4}, 20, {0, 0.4, 0});
         set_moving(box, {0, -speed, 0}, {0, 1, 0}, 0, 3 / speed);
         made.scene.environment = {box.spec}, made.solids = {box};
         Insides found;
@@ -340,7 +342,8 @@ TEST(NothingInside, OfABlockThatFallsOnABox) {
         InsideScene made;
         made.scene = scene_of({block}, kEarth, 1.0 / 60, substeps, Precision::Float);
         made.scene.solver.type = method, made.scene.self_collision = SelfCollision{0.005, 0.3, {}};
-        const PlacedSolid box = placed("box", generate(BoxShape{{0.3, 0.3, 0.3}, {{1, 1, 1}}}), {0, 1, 0}, 20, {0, 0, 0});
+        const PlacedSolid box =
+            placed("box", generate(BoxShape{{0.3, 0.3, 0.3}, {{1, 1, 1}}}), {0, 1, 0}, 20, {0, 0, 0});
         made.scene.environment = {box.spec}, made.solids = {box};
         Insides found;
         look_inside(made, 40, found);

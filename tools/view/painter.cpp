@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "host/environment/object_motion.h"
+#include "host/attachments/object_motion.h"
 #include "host/mesh/topology.h"
 #include "host/render/picture.h"
 #include "host/render/stage.h"

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "host/environment/object_motion.h"
+#include "host/attachments/object_motion.h"
 
 namespace malha::view {
 

@@ -92,7 +92,8 @@ Scene beside_a_ball(double x) {
   EnvironmentSpec ball, ground;
   ball.name = "ball", ball.shape = SphereShape{0.25, 2}, ball.transform.translate = {x + 2.5, 0.5, 0};
   ball.motion.resize(1), ball.motion[0].translate = {0, 0.5, 0};  // at the start of the run
-  ground.name = "ground", ground.shape = BoxShape{{100, 1, 100}, {{1, 1, 1}}}, ground.transform.translate = {0, -1.5, 0};
+  ground.name = "ground", ground.shape = BoxShape{{100, 1, 100}, {{1, 1, 1}}},
+  ground.transform.translate = {0, -1.5, 0};
   scene.environment = {ball, ground};
   return scene;
 }

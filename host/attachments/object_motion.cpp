@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/environment/object_motion.h"
+#include "host/attachments/object_motion.h"
 
 #include <algorithm>
 
