@@ -33,7 +33,7 @@ std::vector<EnvironmentSpec> room(Sides sides, Walls moves, double restitution, 
     if (sides == Sides::Solid) {
       Vec3 size{1.4, 1.4, 1.4};  // beyond the room's edges, by as much as they are thick
       size[axis] = 0.2;
-      wall.shape = BoxShape{size, {3, 3, 3}};
+      wall.shape = BoxShape{size, {{3, 3, 3}}};
       wall.transform.translate[axis] = sign * (kRoom + 0.1);
     } else {
       // A grid lies in y = 0 from the origin to (1, 0, 1), its front above: it is turned so that its front faces

@@ -67,7 +67,7 @@ TEST(ShippedScenes, AreAllThere) {
   std::istringstream promised(
       "sheet_shear sheet_no_shear balloon balloon_low balloon_high closed_soft closed_stiff drape_bunny bullets "
       "thin_wall rotating_sphere ramp soft_bunny cantilever folded_sheet crossed_sheets wrapped_balloon crumpled_ball "
-      "torn_sheet carried_sheet turning_flag long_cloth flag at_rest sailcloth pillow");
+      "torn_sheet carried_sheet turning_flag long_cloth flag at_rest sailcloth pillow dressed");
   for (std::string name; promised >> name;) EXPECT_TRUE(std::binary_search(names.begin(), names.end(), name)) << name;
 }
 
