@@ -13,7 +13,7 @@ pytest.importorskip("matplotlib", reason="matplotlib is missing; tools/setup pyt
 pytest.importorskip("scipy", reason="scipy is missing; tools/setup python installs it")
 
 EXAMPLES = ROOT / "tools" / "python" / "examples"
-CHARTS = {"substeps": ".svg", "fit": ".svg", "gallery": ".png", "frames": ".svg"}
+CHARTS = {"substeps": ".svg", "fit": ".svg", "gallery": ".png", "frames": ".svg", "swimmer": ".svg"}
 
 
 def run_example(name, folder, *words):
@@ -51,3 +51,12 @@ def test_frames_are_read_as_they_were_written(tmp_path):
     frames = runpy.run_path(str(EXAMPLES / "frames.py"))["read_pc2"](pathlib.Path(tmp_path, "run/frames/points.pc2"))
     assert frames.shape == (181, 315, 3) and np.isfinite(frames).all()
     assert np.ptp(frames[:, 0], axis=0).max() < 1e-6, "a pinned corner stays"
+
+
+def test_a_cloth_rides_on_a_mat_that_numpy_moves(tmp_path):
+    assert "mm above the mat" in run_example("swimmer", tmp_path)
+    example = runpy.run_path(str(EXAMPLES / "swimmer.py"))
+    times, cloth, under, simulation = example["swim"](120)
+    above = simulation.positions[:, 1] - example["waved"](simulation.positions, simulation.time)[:, 1]
+    assert above.min() > 0.005, "nothing is under the mat, whose thickness is 10 mm"
+    assert np.abs(cloth - under)[30:].max() < 0.05 and np.ptp(under) > 0.05

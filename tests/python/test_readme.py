@@ -10,7 +10,7 @@ def test_the_code_of_the_page_runs(monkeypatch):
     monkeypatch.chdir(ROOT)
     text = (ROOT / "tools" / "python" / "README.md").read_text()
     blocks = re.findall(r"```python\n(.*?)```", text, re.S)
-    assert len(blocks) == 3
+    assert len(blocks) == 4
     names = {}
     for block in blocks:
         exec(block, names)  # the page's own code
@@ -20,3 +20,4 @@ def test_the_code_of_the_page_runs(monkeypatch):
     assert simulation.steps == before + 1
     assert simulation.time == 2 + 1 / 60 or simulation.steps == 121 and len(names["rod"]) == 2
     assert np.allclose(names["square"].positions[:2], names["points"][:2]), "the pinned edge stays"
+    assert names["played"].positions[0, 1] > 0.2, "the tray lifts the ball"
