@@ -261,8 +261,8 @@ struct SeamEnd {
 /// place. It turns freely, as a hinge does.
 struct SeamSpec {
   SeamEnd from, to;
-  /// m, > 0: each particle of `from` is sewn to the nearest of `to` at the start, at most so far away; where both have as
-  /// many, each to one of its own. None: with `pairs`.
+  /// m, > 0: each particle of `from` is sewn to the nearest of `to` at the start, at most so far away; where both have
+  /// as many, each to one of its own. None: with `pairs`.
   std::optional<double> within;
   std::vector<Edge> pairs;  ///< vertices of `from` and of `to`, in the numbering of the files or shapes
   double closing = 0;       ///< s, in which the gap shrinks to 0, at a constant rate; at least a step

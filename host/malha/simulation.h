@@ -50,10 +50,11 @@ class Solver;     ///< host/solver/solver.h
 struct RunTimes;  ///< host/report/report.h
 
 /// Some calls lay the simulation out anew: the tears of step(), cut(), set_pins(), set_gravity() with levels, some
-/// first calls of set_pose(), and load_checkpoint(), restore_state() and transfer_state_from() where the tears differ. They make a new model and
-/// solver beside the present ones, which takes as long as the set-up did and the memory of both, and swap them in. If
-/// one of them throws, or refuses a state, the simulation is as it was: its state is the same, and all later steps have
-/// the same bits. step() has then advanced without its tears, and the next step() begins with them.
+/// first calls of set_pose(), and load_checkpoint(), restore_state() and transfer_state_from() where the tears differ.
+/// They make a new model and solver beside the present ones, which takes as long as the set-up did and the memory of
+/// both, and swap them in. If one of them throws, or refuses a state, the simulation is as it was: its state is the
+/// same, and all later steps have the same bits. step() has then advanced without its tears, and the next step() begins
+/// with them.
 class Simulation {
  public:
   /// Reads the meshes of the scene and builds the solver. Throws InputError for a scene that cannot be simulated, and
@@ -106,16 +107,16 @@ class Simulation {
   /// it rests until the next call; in the callback of step(after) during the next substep. This replaces its "motion".
   /// Between, the translation is linear and the rotation takes the shortest way. What is attached to the object moves
   /// with it. The first motion of an object at rest lays the simulation out anew where bodies are attached to it, or
-  /// where it has "edges" and others with "edges" rest. Checkpoints do not contain poses: set them again after resuming.
-  /// Throws InputError for an unknown object, an axis of length zero, numbers that are not finite or beyond 1e18, and a
-  /// first motion of that kind in a callback.
+  /// where it has "edges" and others with "edges" rest. Checkpoints do not contain poses: set them again after
+  /// resuming. Throws InputError for an unknown object, an axis of length zero, numbers that are not finite or beyond
+  /// 1e18, and a first motion of that kind in a callback.
   void set_pose(const std::string& object, const RigidPose& pose);
 
   /// Moves the vertices of an object whose "animation" is "from_code": during the next step, or the next substep as
-  /// above, each moves straight from where it is to its position (m, in the object's frame, which set_pose() moves), where it rests until the next call.
-  /// One position for each vertex of the object's shape, in the numbering of its file. Checkpoints do not contain them,
-  /// as poses. Throws InputError for an unknown object or one without that animation, for another number of positions,
-  /// and for numbers that are not finite or beyond 1e18.
+  /// above, each moves straight from where it is to its position (m, in the object's frame, which set_pose() moves),
+  /// where it rests until the next call. One position for each vertex of the object's shape, in the numbering of its
+  /// file. Checkpoints do not contain them, as poses. Throws InputError for an unknown object or one without that
+  /// animation, for another number of positions, and for numbers that are not finite or beyond 1e18.
   void set_vertices(const std::string& object, const std::vector<Vec3>& positions);
 
   /// The particles that are pinned permanently and at rest, as indices into positions(), ascending. Pins with keyframes

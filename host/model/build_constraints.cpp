@@ -254,12 +254,11 @@ class ConstraintBuilder {
       for (Tetrahedron& t : model_.tetrahedra.back())
         for (int& corner : t) corner = solver_of_[model_.render_mesh.body_begin[b] + corner];
     }
-    each_spec("pressure",
-              [this](std::size_t b, const ConstraintSpec& spec, const std::string& place) {
-                std::vector<std::size_t> with = bodies_with(b, spec, place);
-                with.size() > 1 || is_sewn_to_itself(b) ? add_joined_pressure(std::move(with), spec, place)
-                                                        : add_pressure(b, spec);
-              });
+    each_spec("pressure", [this](std::size_t b, const ConstraintSpec& spec, const std::string& place) {
+      std::vector<std::size_t> with = bodies_with(b, spec, place);
+      with.size() > 1 || is_sewn_to_itself(b) ? add_joined_pressure(std::move(with), spec, place)
+                                              : add_pressure(b, spec);
+    });
     each_spec("long_range", [this](std::size_t b, const ConstraintSpec& spec, const std::string& place) {
       add_long_range(b, spec, place);
     });
@@ -613,7 +612,8 @@ class ConstraintBuilder {
   bool has_tethers_over_seams(std::size_t b) const {
     if (sewn_with_.empty() || (sewn_with_[b].size() == 1 && !is_sewn_to_itself(b))) return false;
     return std::ranges::all_of(sewn_with_[b], [this](std::size_t one) {
-      return bodies_[one].mesh.lines.empty() && bodies_[one].mesh.tetrahedra.empty() && !bodies_[one].mesh.faces.empty();
+      return bodies_[one].mesh.lines.empty() && bodies_[one].mesh.tetrahedra.empty() &&
+             !bodies_[one].mesh.faces.empty();
     });
   }
   /// Attaches the particles of a body to the pins of all that seams join with it. What a seam has not closed yet does

@@ -237,7 +237,9 @@ class Coarsener {
   static Parents nearest(std::vector<Parent>& near) {
     double h2 = 0;
     for (const Parent& p : near) h2 = std::max(h2, dot(p.offset, p.offset));
-    const auto rounded = [h2](const Parent& p) { return h2 > 0 ? std::llround(1e6 * dot(p.offset, p.offset) / h2) : 0LL; };
+    const auto rounded = [h2](const Parent& p) {
+      return h2 > 0 ? std::llround(1e6 * dot(p.offset, p.offset) / h2) : 0LL;
+    };
     std::ranges::sort(near, [&](const Parent& a, const Parent& b) {
       const auto u = rounded(a), v = rounded(b);
       return u != v ? u < v : a.of < b.of;

@@ -62,8 +62,8 @@ class ParticleFinder {
     if (!pin.nearest || found.empty()) return found;
     int parts = 0;
     const std::vector<int> line = components(n_, rim, parts);
-    const int nearest = *std::ranges::min_element(
-        found, {}, [&](int i) { return squared_distance(mesh_.points[i], *pin.nearest); });
+    const int nearest =
+        *std::ranges::min_element(found, {}, [&](int i) { return squared_distance(mesh_.points[i], *pin.nearest); });
     std::erase_if(found, [&](int i) { return line[i] != line[nearest]; });
     return found;
   }
@@ -86,7 +86,11 @@ class ParticleFinder {
 class BoundaryConditionBuilder {
  public:
   BoundaryConditionBuilder(const Scene& scene, std::size_t body, const Mesh& mesh)
-      : scene_(scene), number_(body), spec_(scene.bodies[body]), mesh_(mesh), body_("/bodies/" + std::to_string(body)) {}
+      : scene_(scene),
+        number_(body),
+        spec_(scene.bodies[body]),
+        mesh_(mesh),
+        body_("/bodies/" + std::to_string(body)) {}
 
   BoundaryConditions build() {
     const std::size_t n = mesh_.points.size();

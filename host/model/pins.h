@@ -50,13 +50,13 @@ struct BoundaryConditions {
 /// whose particles are all pinned, and for one to an environment object that does not exist.
 BoundaryConditions find_boundary_conditions(const Scene& scene, std::size_t body, const Mesh& mesh);
 
-/// The particles of scene.bodies[body], whose transformed mesh is `mesh`, that a selector selects: ascending, each once.
-/// Throws InputError, which names the JSON pointer `here`, if there are none; `allowed` says what is there.
+/// The particles of scene.bodies[body], whose transformed mesh is `mesh`, that a selector selects: ascending, each
+/// once. Throws InputError, which names the JSON pointer `here`, if there are none; `allowed` says what is there.
 std::vector<int> select_particles(const Scene& scene, std::size_t body, const Mesh& mesh, const Selector& selector,
                                   const std::string& here, const std::string& allowed);
 
-/// The points that vertices of the file became. Throws InputError for a vertex that does not exist or that no face, line
-/// or tetrahedron uses.
+/// The points that vertices of the file became. Throws InputError for a vertex that does not exist or that no face,
+/// line or tetrahedron uses.
 std::vector<int> points_of(const Scene& scene, const Mesh& mesh, std::vector<int> vertices, const std::string& here);
 
 struct Model;

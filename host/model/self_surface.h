@@ -36,8 +36,8 @@ struct CrossingPair {
   Triangle triangle;
 };
 
-/// Number of pairs of an edge and a triangle without a common or sewn particle that cross at the positions x (m, solver's
-/// order). If `tests` is given, it is increased by the number of pairs whose boxes overlap.
+/// Number of pairs of an edge and a triangle without a common or sewn particle that cross at the positions x (m,
+/// solver's order). If `tests` is given, it is increased by the number of pairs whose boxes overlap.
 std::int64_t count_crossings(const SelfSurface& surface, const std::vector<Vec3>& x, std::int64_t* tests = nullptr);
 
 /// The pairs that cross, and those of different bodies that touch: bodies placed exactly side by side cross a step

@@ -61,8 +61,8 @@ Fields fields_of(ConstraintSpec& spec, const ConstraintSchema* kind) {
   }
   if (spec.type == "pressure" || !spec.with.empty())
     fields.push_back(written_if(!spec.with.empty(), checked(field("with", spec.with), [&spec](const JsonReader& at) {
-                                  if (spec.with.empty()) at.refuse("no body", "at least one, or no key");
-                                })));
+      if (spec.with.empty()) at.refuse("no body", "at least one, or no key");
+    })));
   for (const char* key : {"rigidity", "young_modulus"}) {
     const bool has_it = kind && kind->modulus == key;
     Field modulus = moduli_field(key, spec, above(0, has_it ? kind->unit : ""));

@@ -41,7 +41,8 @@ Field rim_field(Selector& to) {
     to = rim;
   };
   return {"rim", read, false, [&to](Json& json) {
-            if (const auto* rim = std::get_if<RimPin>(&to)) json["rim"] = rim->nearest ? Json(*rim->nearest) : Json("all");
+            if (const auto* rim = std::get_if<RimPin>(&to))
+              json["rim"] = rim->nearest ? Json(*rim->nearest) : Json("all");
           }};
 }
 
@@ -49,11 +50,14 @@ Field rim_field(Selector& to) {
 
 Fields selectors(Selector& to, const Shape& shape) {
   const Integers numbers{0, std::numeric_limits<int>::max()};
-  return {row_field(to, shape), alternative<BoxPin>("box", to), alternative<SpherePin>("sphere", to),
+  return {row_field(to, shape),
+          alternative<BoxPin>("box", to),
+          alternative<SpherePin>("sphere", to),
           alternative("nearest", to, &NearestPin::point, any("m")),
-          checked(alternative("particles", to, &ListPin::particles, numbers), [](const JsonReader& at) {
-            if (at.list().empty()) at.refuse_value("a list of particle numbers, from 0");
-          }),
+          checked(alternative("particles", to, &ListPin::particles, numbers),
+                  [](const JsonReader& at) {
+                    if (at.list().empty()) at.refuse_value("a list of particle numbers, from 0");
+                  }),
           rim_field(to)};
 }
 

@@ -128,8 +128,8 @@ class PairSearch {
 
   std::size_t bytes() const {
     std::size_t bytes = from_.bytes() + way_.bytes() + rest_.bytes() + boxes_.bytes() + wire_edge_.bytes() +
-                        takes_part_.bytes() + index_memory_.bytes() + crosses_.bytes() +
-                        sewn_begin_.bytes() + sewn_.bytes();
+                        takes_part_.bytes() + index_memory_.bytes() + crosses_.bytes() + sewn_begin_.bytes() +
+                        sewn_.bytes();
     for (const auto& list : lists_) bytes += list.bytes();
     for (const auto& boxes : boxes_of_items_) bytes += boxes.bytes();
     return bytes;
@@ -181,15 +181,14 @@ class PairSearch {
     const int threads = std::clamp(clusters_.count / kClustersPerThread, 1, threads_of(executor_));
     do {
       index_memory_.reserve(particles_, threads, contacts.list_capacity());
-      const typename PairIndexMemory<Executor>::template Find<R> find{
-          {clusters_,
-           swept_bounds(),
-           thickness_,
-           crosses_.data(),
-           {sewn_begin_.data(), sewn_.data()},
-           crosses_.size() > 0 || sewn_.size() > 0,
-           contacts.pairs()},
-          index_memory_.index_map()};
+      const typename PairIndexMemory<Executor>::template Find<R> find{{clusters_,
+                                                                       swept_bounds(),
+                                                                       thickness_,
+                                                                       crosses_.data(),
+                                                                       {sewn_begin_.data(), sewn_.data()},
+                                                                       crosses_.size() > 0 || sewn_.size() > 0,
+                                                                       contacts.pairs()},
+                                                                      index_memory_.index_map()};
       parallel_region(executor_, threads, [&](const auto& team) {
         parallel_for_interleaved(team, clusters_.count, find, index_memory_.template memory<R>());
       });

@@ -322,7 +322,8 @@ class TimeStepper : public Solver {
     const auto key = [&] {
       const Particles<R>& all = solve.particles;
       const Vector3<R>& g = solve.gravity;
-      return "patch solves" + key_from(all.x.x, all.v.x, all.p.d.x, all.w, solve.dt, g.x, g.y, g.z, solve.time) + further_key();
+      return "patch solves" + key_from(all.x.x, all.v.x, all.p.d.x, all.w, solve.dt, g.x, g.y, g.z, solve.time) +
+             further_key();
     };
     sweep_->region(recorded_, key, work);
   }
@@ -613,11 +614,11 @@ class TimeStepper : public Solver {
 
   Executor executor_;
   const Model& model_;
-  double gravity_, max_object_speed_ = 0;    // m/s^2; m/s, of moving environment objects
+  double gravity_, max_object_speed_ = 0;               // m/s^2; m/s, of moving environment objects
   double seams_closed_ = time_of_closed_seams(model_);  // s, from which on all are; 0: none closes
-  double fastest_vertex_ = 0;                // m/s, of deforming meshes, so far
-  double fastest_driven_ = 0;                // m/s, of objects whose motion was not known at the start
-  PointArray<Executor, R> x_, v_, d_, low_;  // see Particles
+  double fastest_vertex_ = 0;                           // m/s, of deforming meshes, so far
+  double fastest_driven_ = 0;                           // m/s, of objects whose motion was not known at the start
+  PointArray<Executor, R> x_, v_, d_, low_;             // see Particles
   std::optional<Sweep<Executor, R>> sweep_;
   std::vector<Pressure<Executor, R>> pressures_;
   std::optional<MomentumCorrector<Executor, R>> momentum_corrector_;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Elements that constraints are built on, parts of a mesh or pairs of a seam: one table for scenes, messages, benchmarks
-// and tests. A new element of a mesh needs a line here and its list in host/model/build_constraints.cpp.
+// Elements that constraints are built on, parts of a mesh or pairs of a seam: one table for scenes, messages,
+// benchmarks and tests. A new element of a mesh needs a line here and its list in host/model/build_constraints.cpp.
 #pragma once
 #include "kernels/parallel/compute.h"
 

@@ -104,7 +104,7 @@ struct SetView {
   R compliance;                 // otherwise: alpha~ = alpha / dt^2
   bool from_start;              // whether directions are gradients at the start of the substep
   R max_start_step, max_compressed_start_step;  // see kernels/projection/direction.h
-  R per_closing;  // 1/s, of kinds that close
+  R per_closing;                                // 1/s, of kinds that close
 };
 
 /// The rest values of a pack. In a lane without constraint (padding) every kind returns a zero gradient: in a run such

@@ -64,8 +64,9 @@ Corners<Kind> places_of(const BadPlace& bad) {
 /// Kinds whose gradient is zero where positions coincide or a triangle has no area. Others have one unless all
 /// particles coincide.
 template <class Kind>
-constexpr bool kSkipsDegenerate = std::is_same_v<Kind, Seam> || std::is_same_v<Kind, Distance> || std::is_same_v<Kind, DistanceLimit> ||
-                                  std::is_same_v<Kind, Bending> || std::is_same_v<Kind, Plate>;
+constexpr bool kSkipsDegenerate =
+    std::is_same_v<Kind, Seam> || std::is_same_v<Kind, Distance> || std::is_same_v<Kind, DistanceLimit> ||
+    std::is_same_v<Kind, Bending> || std::is_same_v<Kind, Plate>;
 
 template <class Kind, class R, Update update>
 void expect_harmless(const BadPlace& bad, const Rest<Kind>& rest) {

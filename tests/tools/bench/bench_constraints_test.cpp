@@ -24,9 +24,8 @@ TEST(BenchConstraints, WritesARowForEveryKindAndNumberOfThreads) {
       EXPECT_TRUE(row[key].is_number() && row[key] > 0) << key << " in " << row;
     EXPECT_TRUE(std::isfinite(row["ns"].get<double>())) << row;
   }
-  for_each_constraint([&]<class Kind>(Kind) {
-    EXPECT_EQ(kinds.contains(Kind::name), is_of_mesh<Kind>()) << Kind::name;
-  });
+  for_each_constraint(
+      [&]<class Kind>(Kind) { EXPECT_EQ(kinds.contains(Kind::name), is_of_mesh<Kind>()) << Kind::name; });
   EXPECT_EQ(rows.size(), 2 * kinds.size());
   EXPECT_TRUE(bytes_of(folder / "out/bench_constraints/constraints.txt").find("pressure") != std::string::npos);
 }
