@@ -545,9 +545,6 @@ class ConstraintBuilder {
   /// A pressure in what seams close. Particles at one place are one point of its mesh, that of the lowest of them, and
   /// move as one.
   void add_joined_pressure(std::vector<std::size_t> with, const ConstraintSpec& spec, const std::string& place) {
-    if (model_.scene.solver.type == "desbrun")
-      refuse(model_.scene.file, place, "a pressure in several bodies under Desbrun's method, whose filter has no seams",
-             "a pressure in one closed body, or solver type pbd");
     if (place_.empty())
       refuse(model_.scene.file, place + "/with", "bodies that no seam joins", "a scene with \"seams\"");
     const JoinedMesh joined = malha::join(bodies_, with, place_, model_.render_mesh.body_begin);

@@ -3,8 +3,10 @@
 
 #include <algorithm>
 
+#include "host/mesh/bounding_box.h"
 #include "host/mesh/edge_sides.h"
 #include "host/mesh/topology.h"
+#include "host/mesh/vectors.h"
 #include "malha/error.h"
 #include "malha/text.h"
 
@@ -74,8 +76,10 @@ void require_closed(const JoinedMesh& joined, const std::string& file, const std
     if (last - first > 2) refuse_edge(*first, "an edge with more than two faces");
     if (first[0].forward == first[1].forward) refuse_edge(*first, "faces of opposite orientations at the edge");
   });
-  if (const double V = signed_volume(mesh.points, triangles(mesh)); !(V > 0))
-    refuse(file, here, "a joined mesh that encloses " + shown(V) + " m^3 at the start",
+  const auto [low, high] = bounds_of(mesh.points);
+  const double size = distance(low, high), V = signed_volume(mesh.points, triangles(mesh));
+  if (!(V > 1e-9 * size * size * size))
+    refuse(file, here, "a joined mesh that encloses only " + shown(V, 2) + " m^3 at the start",
            "bodies with some space between them, whose faces are counter-clockwise seen from outside");
 }
 

@@ -137,7 +137,7 @@ class Builder {
       model_.notes = *torn_->notes;
     else
       for (std::string& line : unlikely_settings(model_, bodies_)) model_.notes.push_back(std::move(line));
-    if (!torn_) note_fast_seams(model_);
+    if (!torn_) note_unlikely_seams(model_);
     if (scene.self_collision) {
       const SelfSurface surface = self_surface(model_);
       check_pairs(model_, surface), check_crossings(model_, surface);

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "host/base/disjoint_sets.h"
-#include "host/mesh/bounding_box.h"
+#include "host/mesh/edge_sides.h"
 #include "host/mesh/topology.h"
 #include "host/mesh/vectors.h"
 #include "host/mesh/weld.h"
@@ -196,6 +196,8 @@ class SeamFinder {
 std::vector<Joints> find_joints(const Scene& scene, const std::vector<Body>& bodies,
                                 const std::vector<int>& body_begin) {
   std::vector<Joints> joints;
+  if (scene.solver.type == "desbrun" && !scene.seams.empty())
+    refuse(scene.file, "/seams", "seams under Desbrun's method, whose filter knows each body alone", "solver type pbd");
   for (std::size_t s = 0; s < scene.seams.size(); ++s)
     joints.push_back(SeamFinder(scene, bodies, body_begin, s).find());
   return joints;
@@ -221,15 +223,40 @@ std::vector<int> places_of_particles(int particles, const std::vector<Joints>& j
   return lowest;
 }
 
+namespace {
+
+/// The particles at the place of each particle, in the list of the lowest of them. `joins`: whether a set does.
+template <class Joins>
+std::vector<std::vector<int>> particles_at_places(const Model& model, DisjointSets& places, const Joins& joins) {
+  for (const ConstraintSet& set : model.sets)
+    for (std::size_t k = 0; set.type == Seam::name && joins(set) && k < set.particles.size(); k += 2)
+      places.join(set.particles[k], set.particles[k + 1]);
+  std::vector<std::vector<int>> at(model.count());
+  for (int i = 0; i < model.count(); ++i) at[places.root(i)].push_back(i);
+  return at;
+}
+
+}  // namespace
+
+CompressedLists<int> closed_places(const Model& model) {
+  CompressedLists<int> closed;
+  if (model.scene.seams.empty()) return closed;
+  DisjointSets places(model.count());
+  const auto is_hard = [](const ConstraintSet& set) { return set.compliance.value_or(0) == 0; };
+  for (const std::vector<int>& all : particles_at_places(model, places, is_hard)) {
+    if (all.size() < 2) continue;
+    closed.list.insert(closed.list.end(), all.begin(), all.end());
+    closed.begin.push_back(static_cast<int>(closed.list.size()));
+  }
+  return closed;
+}
+
 CompressedLists<int> sewn_particles(const Model& model) {
   if (model.scene.seams.empty()) return {};
   const int n = model.count();
   DisjointSets places(n);
-  for (const ConstraintSet& set : model.sets)
-    for (std::size_t k = 0; set.type == Seam::name && k < set.particles.size(); k += 2)
-      places.join(set.particles[k], set.particles[k + 1]);
-  std::vector<std::vector<int>> at(n);  // the particles at each place
-  for (int i = 0; i < n; ++i) at[places.root(i)].push_back(i);
+  const std::vector<std::vector<int>> at =
+      particles_at_places(model, places, [](const ConstraintSet&) { return true; });
   std::vector<Edge> links;  // of places
   for (const ConstraintSet& set : model.sets)
     for (std::size_t k = 0; set.type == SurfaceAttachment::name && k < set.particles.size(); k += 4)
@@ -265,6 +292,9 @@ double time_of_closed_seams(const Model& model) {
   return closed * (1 + 1e-6);  // beyond rounding
 }
 
+namespace {
+
+/// Adds a note if gaps close so fast that their particles would be thrown.
 void note_fast_seams(Model& model) {
   constexpr double fast = 10;  // m/s
   double speed = 0, gap = 0;
@@ -280,6 +310,32 @@ void note_fast_seams(Model& model) {
   if (speed > fast)
     model.notes.push_back("\"seams\": a gap of " + shown(gap, 2) + " m closes at " + shown(speed, 2) +
                           " m/s; give its seam more time, \"closing\" (s)");
+}
+
+/// Adds a note if the thickness is more than half of an edge at a seam: what is beside the seam has to keep it.
+void note_thickness_at_seams(Model& model) {
+  std::vector<bool> is_sewn(model.x.size(), false);
+  for (const ConstraintSet& set : model.sets)
+    if (is_seam(set))
+      for (const int i : set.particles) is_sewn[model.user_index[i]] = true;
+  double shortest = std::numeric_limits<double>::infinity();
+  for_each_face_side(model.render_mesh.faces, [&](int i, int j) {
+    const std::vector<Vec3>& points = model.render_mesh.points;
+    if (is_sewn[i] || is_sewn[j]) shortest = std::min(shortest, distance(points[i], points[j]));
+  });
+  const double thickness = model.scene.self_collision->thickness;
+  if (thickness > shortest / 2)
+    model.notes.push_back("\"self_collision\": a thickness of " + shown(thickness, 2) +
+                          " m beside seams whose shortest edge has " + shown(shortest, 2) +
+                          " m holds the seams open; take half of the edge or less");
+}
+
+}  // namespace
+
+void note_unlikely_seams(Model& model) {
+  if (model.scene.seams.empty()) return;
+  note_fast_seams(model);
+  if (model.scene.self_collision) note_thickness_at_seams(model);
 }
 
 }  // namespace malha

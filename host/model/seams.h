@@ -39,13 +39,17 @@ std::vector<int> places_of_particles(int particles, const std::vector<Joints>& j
 /// or it as the attached point; of triangles the corners. Empty lists if the model has no seams.
 CompressedLists<int> sewn_particles(const Model& model);
 
+/// The particles at each place that seams without compliance hold; none without such seams.
+CompressedLists<int> closed_places(const Model& model);
+
 /// The lowest of the bodies that seams connect with each body.
 std::vector<int> sewn_bodies(const Model& model);
 
 /// The time (s) from which on all seams are closed; 0 without seams.
 double time_of_closed_seams(const Model& model);
 
-/// Adds a note for seams that close fast, and for a thickness of self-collision that opens them.
-void note_fast_seams(Model& model);
+/// Adds notes for seams that close fast, and for a thickness of self-collision at which a seam keeps its neighbourhood
+/// open.
+void note_unlikely_seams(Model& model);
 
 }  // namespace malha

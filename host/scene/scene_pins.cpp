@@ -20,7 +20,9 @@ namespace {
 Field row_field(Selector& to, const Shape& shape) {
   const auto read = [&](const JsonReader& at) {
     to = RowPin{at.choice("row", {"first", "last"}) == "last"};
-    if (!std::holds_alternative<GridShape>(shape) && !std::holds_alternative<ChainShape>(shape))
+    const auto* file = std::get_if<MeshFile>(&shape);
+    const bool was_refused = file != nullptr && file->path.empty();
+    if (!was_refused && !std::holds_alternative<GridShape>(shape) && !std::holds_alternative<ChainShape>(shape))
       at.refuse("a row of a shape that has no rows", "rows of a grid or a chain");
   };
   return {"row", read, false, [&to](Json& json) {

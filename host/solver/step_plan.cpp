@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "host/attachments/object_motion.h"
+#include "host/model/seams.h"
 
 namespace malha {
 
@@ -44,7 +45,7 @@ std::string_view name_of(IterationStage stage) {
   static constexpr std::array names{"measure_momenta",          "solve_patches",      "project_pressures",
                                     "compare_momenta",          "project_long_range", "project_attachments",
                                     "project_user_constraints", "project_handles",    "solve_self_contacts",
-                                    "solve_edge_contacts",      "solve_contacts"};
+                                    "solve_edge_contacts",      "close_seams",        "solve_contacts"};
   static_assert(names.size() == static_cast<std::size_t>(IterationStage::SolveContacts) + 1);
   return names[static_cast<std::size_t>(stage)];
 }
@@ -68,6 +69,7 @@ StepFeatures step_features(const Model& model, bool levels) {
   has.batches = !model.sets.empty(), has.levels = levels;
   has.pressure = !model.pressures.empty(), has.long_range = model.long_range.items() > 0;
   has.attachments = !model.attached.empty(), has.attachments_change = std::ranges::any_of(model.attached, changes);
+  has.closed_seams = !closed_places(model).list.empty();
   has.pins_move = !model.moved.empty();
   has.contacts = !model.environment.empty(), has.objects_move = std::ranges::any_of(model.environment, moves);
   has.edges = names_edges(scene), has.self_collision = scene.self_collision.has_value();
@@ -95,6 +97,8 @@ std::vector<Stage> list(std::initializer_list<std::pair<bool, Stage>> all) {
 /// compared over patch solves and not over the projections of an iteration.
 Stages stages_apart(const StepFeatures& has, const Interaction& now, bool compare_solves) {
   const bool wind_first = has.wind && (!has.filter || has.filtered_wind), wind_later = has.wind && !wind_first;
+  const bool opens_seams =
+      has.long_range || has.attachments || now.user_constraints || now.handles || has.self_collision || has.edges;
   const bool by_solve = has.free_bodies && compare_solves, by_projection = has.free_bodies && !compare_solves;
   return {list<Stage>({
               {has.pins_move, Stage::MovePins},
@@ -135,6 +139,7 @@ Stages stages_apart(const StepFeatures& has, const Interaction& now, bool compar
               {now.handles, IterationStage::ProjectHandles},
               {has.self_collision, IterationStage::SolveSelfContacts},
               {has.edges, IterationStage::SolveEdgeContacts},
+              {has.closed_seams && opens_seams, IterationStage::CloseSeams},
               {has.contacts, IterationStage::SolveContacts},
           })};
 }

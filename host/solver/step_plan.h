@@ -53,6 +53,7 @@ enum class IterationStage : unsigned char {
   ProjectHandles,
   SolveSelfContacts,
   SolveEdgeContacts,
+  CloseSeams,  // which the stages after the patches' solves have opened
   SolveContacts,
 };
 std::string_view name_of(Stage stage);
@@ -67,6 +68,7 @@ struct StepFeatures {
   bool batches = false;           // constraints that patch solves project
   bool levels = false;            // known when they are laid out
   bool pressure = false, long_range = false;
+  bool closed_seams = false;                             // without compliance
   bool attachments = false, attachments_change = false;  // one moves, or is released
   bool pins_move = false;
   bool contacts = false, objects_move = false, edges = false, self_collision = false;

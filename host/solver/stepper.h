@@ -13,6 +13,7 @@
 #include "host/attachments/long_range.h"
 #include "host/attachments/moved_pins.h"
 #include "host/attachments/particle_handles.h"
+#include "host/attachments/sewn_places.h"
 #include "host/base/launch_graph.h"
 #include "host/base/point_array.h"
 #include "host/base/scoped_value.h"
@@ -65,7 +66,7 @@ class TimeStepper : public Solver {
     if (collider_) note_speed_of_vertices();
     check_energy();
     if (self_ || collider_) note_collision();
-    if (sleeper_ && !interaction().acts())
+    if (sleeper_ && !interaction().acts() && !(time() < seams_closed_))
       timed(Pass::Sleep, [&] { sleeper_->watch(particles(), start, end, steps_); });
   }
 
@@ -253,6 +254,7 @@ class TimeStepper : public Solver {
     if (!model.moved.empty()) kinematic_pins_.emplace(executor, model), kinematic_pins_->set_pinned(0, w_.data());
     if (can_tear(model.scene)) tear_limits_.emplace(executor, tearable_edges(model));
     if (!model.attached.empty()) attachments_.emplace(executor, model);
+    if (!model.scene.seams.empty()) sewn_places_.emplace(executor, model);
     if (!model.environment.empty()) facts_.collision_seconds = seconds([&] { collider_.emplace(executor, model); });
     if (names_edges(model.scene)) facts_.collision_seconds += seconds([&] { edges_.emplace(executor, model); });
     if (model.scene.self_collision)
@@ -477,6 +479,9 @@ class TimeStepper : public Solver {
         return timed(Pass::SelfCollision, [&] { self_->solve_contacts(all); });
       case IterationStage::SolveEdgeContacts:
         return timed(Pass::Edges, [&] { edges_->solve_contacts(all); });
+      case IterationStage::CloseSeams:
+        if (closing_time(substep_) < R(seams_closed_)) return;  // some are still open
+        return timed(Pass::Attachments, [&] { sewn_places_->close(all); });
       case IterationStage::SolveContacts:
         return timed(Pass::Contact, [&] { collider_->solve_contacts(all); });
     }
@@ -709,7 +714,7 @@ class TimeStepper : public Solver {
   void note_facts() {
     facts_.particle_bytes = x_.bytes() + v_.bytes() + d_.bytes() + low_.bytes() + w_.bytes() +
                             bytes_of(kinematic_pins_) + bytes_of(momentum_corrector_) + bytes_of(damping_);
-    facts_.constraint_bytes += bytes_of(tear_limits_) + bytes_of(attachments_);
+    facts_.constraint_bytes += bytes_of(tear_limits_) + bytes_of(attachments_) + bytes_of(sewn_places_);
     facts_.air_bytes = bytes_of(air_), facts_.long_range_bytes = bytes_of(long_range_);
     for_each_isa([&]<class Isa>(Isa) {
       if (executor_.instructions == Isa::value) facts_.instructions = Isa::name;
@@ -740,6 +745,7 @@ class TimeStepper : public Solver {
   std::optional<LongRange<Executor, R>> long_range_;
   std::optional<KinematicPins<Executor, R>> kinematic_pins_;
   std::optional<Attachments<Executor, R>> attachments_;
+  std::optional<SewnPlaces<Executor, R>> sewn_places_;
   std::optional<ParticleHandles<Executor, R>> handles_;
   std::optional<UserConstraints<Executor, R>> user_constraints_;
   std::optional<LengthLimits<Executor, R>> tear_limits_;  // edges that tear

@@ -69,7 +69,7 @@ TEST(Pins, AddUp) {
 TEST(Pins, ThatFindNoParticleAreRefused) {
   EXPECT_EQ(pins_refusal(kPinnedGrid, {ListPin{{1}}, BoxPin{{5, 5, 5}, {6, 6, 6}}}),
             "test.json: /bodies/1/pins/1: found no particle there; allowed: a pin that holds a particle (rows are for "
-            "grids and chains)");
+            "grids and chains, rims for meshes that are not closed)");
   EXPECT_NE(pins_refusal(kPinnedGrid, {SpherePin{{1, 1, 1}, 0.9}}), "");
   EXPECT_NE(pins_refusal(kPinnedGrid, {BoxPin{{2, 1, 3}, {0, -1, 0}}}), "") << "a box inside out";
   EXPECT_NE(pins_refusal(kPinnedGrid, {ListPin{}}), "");
@@ -78,7 +78,7 @@ TEST(Pins, ThatFindNoParticleAreRefused) {
 TEST(Pins, OfARowAreRefusedOnShapesWithoutRows) {
   EXPECT_EQ(pins_refusal(SphereShape{0.5, 1}, {RowPin{}}),
             "test.json: /bodies/1/pins/0: found no particle there; allowed: a pin that holds a particle (rows are for "
-            "grids and chains)");
+            "grids and chains, rims for meshes that are not closed)");
   EXPECT_NE(pins_refusal(BoxShape{}, {RowPin{}}), "");
   EXPECT_NE(pins_refusal(LatticeShape{}, {RowPin{}}), "");
 }

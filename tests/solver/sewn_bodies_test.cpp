@@ -26,12 +26,13 @@ SeamSpec sewn_rows(const std::string& from, Selector at, const std::string& to, 
   return seam;
 }
 
-/// A hung cloth of 1 m and 0.2 kg, n x n cells, whole or of two halves that are sewn in the middle.
+/// A cloth of 1 m and 0.2 kg that hangs down, n x n cells, whole or of two halves that are sewn in the middle.
 Scene sewn_cloth(int n, bool halves, std::vector<ConstraintSpec> constraints) {
   const auto part = [&](const std::string& name, double from, double to) {
     BodySpec cloth =
         body(name, GridShape{{1, to - from}, {n, static_cast<int>(std::lround(n * (to - from)))}}, constraints);
-    cloth.transform.translate = {0, 0, from}, cloth.mass.reset(), cloth.density = 0.2, cloth.damping = 0.02;
+    cloth.transform.axis = {1, 0, 0}, cloth.transform.degrees = 90, cloth.transform.translate = {0, -from, 0};
+    cloth.mass.reset(), cloth.density = 0.2, cloth.damping = 0.02;
     return cloth;
   };
   Scene scene = halves ? scene_of({part("upper", 0, 0.5), part("lower", 0.5, 1)}) : scene_of({part("whole", 0, 1)});
@@ -64,11 +65,14 @@ TEST(SewnBodies, HangAsTheWholeClothDoes) {
       stretch.elements = {"edges", "shear"};
     const HungSewn whole = hang_sewn(sewn_cloth(16, false, {stretch}), 4),
                    halves = hang_sewn(sewn_cloth(16, true, {stretch}), 4);
-    // The halves have a row more, each with half of the mass of a whole one; both still swing a little.
-    EXPECT_NEAR(halves.lowest, whole.lowest, 0.01) << elastic;
-    EXPECT_LT(halves.measures.max_seam_gap, 1e-4) << elastic << ", of cells of 62 mm";
+    // The halves have a row more, each with half of the mass of a whole one.
+    EXPECT_NEAR(halves.lowest, whole.lowest, 1e-3) << elastic;
+    EXPECT_NEAR(halves.mean, whole.mean, 1e-3 + 0.5 / 34) << elastic << ", whose sewn row counts twice";
+    EXPECT_LT(halves.measures.max_seam_gap, 1e-5) << elastic << ", of cells of 62 mm";
     if (!elastic) {
-      EXPECT_LT(halves.measures.strain_rms, 1.3 * whole.measures.strain_rms + 1e-3);
+      EXPECT_LT(halves.measures.strain_rms, 1.2 * whole.measures.strain_rms);
+    } else {
+      EXPECT_GT(-whole.lowest, 1.005) << "it stretches";
     }
   }
 }
@@ -154,9 +158,10 @@ TEST(SewnBodies, HangOnRingsThatHoldTheSurfaceBetweenItsVertices) {
   ConstraintSpec stretch = constraint("distance");
   stretch.elements = {"edges", "shear"};
   BodySpec curtain = body("curtain", GridShape{{1, 1}, {12, 12}}, {stretch});
+  curtain.transform.axis = {1, 0, 0}, curtain.transform.degrees = 90;
   curtain.mass = 0.3, curtain.damping = 0.05;
   BodySpec rings =
-      body("rings", MeshDataShape{{{0.13, 0.01, 0.03}, {0.49, 0.01, 0.05}, {0.87, 0.01, 0.03}}, {}, {}, {}});
+      body("rings", MeshDataShape{{{0.13, -0.03, 0.01}, {0.49, -0.05, 0.01}, {0.87, -0.03, 0.01}}, {}, {}, {}});
   rings.pins = {BoxPin{{-9, -9, -9}, {9, 9, 9}}}, rings.damping = 0.05;
   Scene scene = scene_of({curtain, rings});
   scene.gravity = kEarth;
@@ -168,8 +173,8 @@ TEST(SewnBodies, HangOnRingsThatHoldTheSurfaceBetweenItsVertices) {
   EXPECT_LT(end.strain_max, 0.2);
   double lowest = 0;
   for (const Vec3& x : simulation.positions()) lowest = std::min(lowest, x[1]);
-  EXPECT_LT(lowest, -0.9) << "it hangs";
-  EXPECT_GT(lowest, -1.15) << "and does not fall";
+  EXPECT_LT(lowest, -0.98) << "it hangs";
+  EXPECT_GT(lowest, -1.1) << "and does not fall";
 }
 
 TEST(SewnBodies, CarryAButtonOnASheetThatSwings) {
@@ -252,7 +257,6 @@ TEST(SewnBodies, MakeATubeOfASheet) {
   ConstraintSpec stretch = constraint("distance");
   stretch.elements = {"edges", "shear"};
   ConstraintSpec bend = constraint("bending", 0);
-  bend.stiffness = 0.1;
   BodySpec sheet = body("sheet", GridShape{{0.5, 1}, {8, 16}}, {stretch, bend});
   // Bent a little, so that it knows to which side to close.
   const Mesh flat = make_mesh(sheet.shape);
@@ -293,15 +297,21 @@ Scene pillow_of(int n, bool collides) {
 
 TEST(SewnBodies, MakeAPillowThatCollidesWithItselfButNotAtItsSeam) {
   Simulation simulation(pillow_of(16, true), {.threads = 1});
-  for (int step = 0; step < 90; ++step) {
+  for (int step = 0; step < 180; ++step) {
     simulation.step();
     if (step % 5 == 0) {
       ASSERT_EQ(simulation.measure().crossings, 0) << step;
     }
   }
   const Measures end = simulation.measure();
-  EXPECT_LT(end.max_seam_gap, 1e-3) << "a fifth of the thickness, which would otherwise keep the sides apart";
-  EXPECT_GT(end.volume_ratios.at(0), 2);
+  EXPECT_LT(end.max_seam_gap, 1e-4) << "a fiftieth of the thickness, which would otherwise keep the sides apart";
+  EXPECT_NEAR(end.volume_ratios.at(0), 4, 0.1);
+  EXPECT_GT(end.self_contacts, 0) << "at the folds of the rim";
+  // Nothing acts from outside.
+  for (int k = 0; k < 3; ++k) {
+    EXPECT_NEAR(end.momentum[k], 0, 1e-5);
+    EXPECT_NEAR(end.angular_momentum[k], 0, 1e-5);
+  }
 }
 
 TEST(SewnBodies, AreRefusedByNoCrossingCheckWhereTheyTouchAtAClosedSeam) {
@@ -310,19 +320,6 @@ TEST(SewnBodies, AreRefusedByNoCrossingCheckWhereTheyTouchAtAClosedSeam) {
   EXPECT_NO_THROW(Simulation(scene, {.threads = 1}));
   scene.seams.clear();
   EXPECT_THROW(Simulation(scene, {.threads = 1}), InputError) << "they touch";
-}
-
-TEST(SewnBodies, AreAlsoThoseOfDesbrunsMethod) {
-  ConstraintSpec stretch = constraint("distance");
-  stretch.elements = {"edges", "shear"};
-  Scene whole = sewn_cloth(12, false, {stretch}), halves = sewn_cloth(12, true, {stretch});
-  for (Scene* scene : {&whole, &halves}) {
-    scene->solver.type = "desbrun", scene->solver.iterations = 10, scene->solver.substeps = 1;
-    scene->solver.levels = 0;
-  }
-  const HungSewn one = hang_sewn(whole, 3), two = hang_sewn(halves, 3);
-  EXPECT_NEAR(two.lowest, one.lowest, 0.05);
-  EXPECT_LT(two.measures.max_seam_gap, 1e-3);
 }
 
 INSTANTIATE_TEST_SUITE_P(

@@ -45,6 +45,7 @@ StepFeatures random_features(Random& random) {
   features.long_range = toss(), features.attachments = toss(), features.attachments_change = toss();
   features.pins_move = toss(), features.contacts = toss(), features.objects_move = toss(), features.edges = toss();
   features.self_collision = toss(), features.damping = toss(), features.wind = toss();
+  features.closed_seams = toss();
   features.free_bodies = toss(), features.host_ends_iterations = toss();
   return features;
 }
@@ -103,6 +104,8 @@ TEST(StepPlan, IsLegalWhateverASceneHasAndAUserDoes) {
     if (!plan.fuses()) {
       ASSERT_EQ(lists_stage(stages, Stage::CorrectCoarsely), features.levels);
     }
+    const bool opens_seams = features.long_range || features.attachments || now.user_constraints || now.handles ||
+                             features.self_collision || features.edges;
     const std::pair<bool, I> projected[]{{features.pressure, I::ProjectPressures},
                                          {features.long_range, I::ProjectLongRange},
                                          {features.attachments, I::ProjectAttachments},
@@ -110,6 +113,7 @@ TEST(StepPlan, IsLegalWhateverASceneHasAndAUserDoes) {
                                          {now.handles, I::ProjectHandles},
                                          {features.self_collision, I::SolveSelfContacts},
                                          {features.edges, I::SolveEdgeContacts},
+                                         {features.closed_seams && opens_seams, I::CloseSeams},
                                          {features.contacts, I::SolveContacts}};
     for (const auto& [named, stage] : projected) ASSERT_EQ(lists_stage(plan.iteration, stage), named) << name_of(stage);
     if (!plan.fuses()) {
@@ -210,7 +214,7 @@ TEST(StepPlan, OfShippedScenes) {
       {"pillow",
        {"damp predict detect_contacts start_self_collision start_pressures iterate clamp_tunnelling truncate_motion "
         "update_state restitute end_self_collision",
-        "solve_patches project_pressures solve_self_contacts solve_contacts"}},
+        "solve_patches project_pressures solve_self_contacts close_seams solve_contacts"}},
       {"ramp", rests},
       {"rotating_sphere", {"predict " + contacts, "solve_patches solve_contacts"}},
       {"sailcloth", bent},
