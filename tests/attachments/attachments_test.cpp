@@ -164,7 +164,7 @@ TEST(Attachments, ToWhatIsNotThereAreRefused) {
   EXPECT_EQ(
       tie_refusal(scene),
       "s.json: /bodies/0/attachments/0/at: found no particle there; allowed: an attachment of a particle (rows are "
-      "for grids and chains)");
+      "for grids and chains, rims for meshes that are not closed)");
   scene = tied_to_a_mesh();
   scene.bodies[0].pins = {RowPin{}};
   EXPECT_EQ(
