@@ -186,7 +186,6 @@ class PairSearch {
                                                                        thickness_,
                                                                        crosses_.data(),
                                                                        {sewn_begin_.data(), sewn_.data()},
-                                                                       crosses_.size() > 0 || sewn_.size() > 0,
                                                                        contacts.pairs()},
                                                                       index_memory_.index_map()};
       parallel_region(executor_, threads, [&](const auto& team) {

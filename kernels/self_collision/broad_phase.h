@@ -21,7 +21,6 @@ struct BroadPhaseQuery {
   R thickness;
   const CrossingBodies* crosses;  // of each particle; null: no bodies intersect
   SewnParticles sewn;
-  bool has_exceptions;  // bodies intersect, or seams join particles
   Pairs<R> pairs;
 
   /// Returns true if a pair does not count: where bodies intersect, and where a seam joins its sides.
@@ -195,7 +194,7 @@ struct FindCandidates {
     template <PairKind kind>
     KERNEL void pack(int k, R min_distance) {
       const int i[4] = {near.particles[0][k], near.particles[1][k], near.particles[2][k], near.particles[3][k]};
-      if (!query.has_exceptions || !query.template leaves_out<kind>(i)) builder.add(i, min_distance);
+      if (!query.template leaves_out<kind>(i)) builder.add(i, min_distance);
     }
   };
 };

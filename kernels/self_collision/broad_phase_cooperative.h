@@ -154,8 +154,9 @@ struct FindCandidatesCooperatively {
       const PairIndices at{{c, c + 1, c + 2, c + 3}};
       const R distance = min_swept_distance<kind, R>(query.bounds, at);
       const R min_distance = required_distance<kind, R>(query.bounds, query.thickness, at);
-      const bool is_excluded = query.has_exceptions && query.template leaves_out<kind>(c);
-      result = distance <= query.thickness && distance <= min_distance && !is_excluded ? min_distance : kFar;
+      const bool counts =
+          distance <= query.thickness && distance <= min_distance && !query.template leaves_out<kind>(c);
+      result = counts ? min_distance : kFar;
     }
     for (int j = 0; j < 4; ++j) shared.i[j][to] = c[j];
     shared.min_distance[to] = result;
