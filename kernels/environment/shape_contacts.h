@@ -54,6 +54,17 @@ struct ShapeView {
     const int left = particles.count - group * kGroupSize;
     return left < kGroupSize ? left : kGroupSize;
   }
+  /// Calls work(shape, contacts, lane, i, T()) for packs of the particles i of a group, in each of its blocks.
+  template <class Group, class Work>
+  KERNEL void for_each_contact_pack(const Group& group, const Work& work) const {
+    const int begin = group.index * kGroupSize, first = first_block[group.index];
+    for (int b = 0; b < block_count[group.index]; ++b) {
+      ShapeContacts<R>& contacts = pool[first + b];
+      const MovingShape& shape = shapes[contacts.shape];
+      for_each_pack_once<R>(group, group_count(group.index),
+                            [&](int lane, auto t) KERNEL_LAMBDA { work(shape, contacts, lane, begin + lane, t); });
+    }
+  }
   /// Start and end of a particle's path, or of those of a pack, in double.
   template <class S>
   KERNEL Vector3<S> start(int i, S) const {
@@ -247,13 +258,8 @@ struct SolveShapeContacts : ShapeView<R> {
 
   template <class Group>
   KERNEL void operator()(const Group& group) const {
-    const int g = group.index, begin = g * kGroupSize, first = this->first_block[g];
-    for (int b = 0; b < this->block_count[g]; ++b) {
-      ShapeContacts<R>& contacts = this->pool[first + b];
-      const MovingShape& shape = this->shapes[contacts.shape];
-      for_each_pack_once<R>(group, this->group_count(g),
-                            [&](int lane, auto t) KERNEL_LAMBDA { solve(shape, contacts, lane, begin + lane, t); });
-    }
+    this->for_each_contact_pack(group, [this](const MovingShape& shape, ShapeContacts<R>& contacts, int lane, int i,
+                                              auto t) KERNEL_LAMBDA { solve(shape, contacts, lane, i, t); });
   }
 
  private:
@@ -301,13 +307,8 @@ struct RestituteShapeContacts : ShapeView<R> {
 
   template <class Group>
   KERNEL void operator()(const Group& group) const {
-    const int g = group.index, begin = g * kGroupSize, first = this->first_block[g];
-    for (int b = 0; b < this->block_count[g]; ++b) {
-      ShapeContacts<R>& contacts = this->pool[first + b];
-      const MovingShape& shape = this->shapes[contacts.shape];
-      for_each_pack_once<R>(group, this->group_count(g),
-                            [&](int lane, auto t) KERNEL_LAMBDA { restitute(shape, contacts, lane, begin + lane, t); });
-    }
+    this->for_each_contact_pack(group, [this](const MovingShape& shape, ShapeContacts<R>& contacts, int lane, int i,
+                                              auto t) KERNEL_LAMBDA { restitute(shape, contacts, lane, i, t); });
   }
 
  private:
