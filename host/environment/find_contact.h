@@ -7,7 +7,6 @@
 
 #include "host/environment/closest_point_index.h"
 #include "host/environment/contact_query.h"
-#include "kernels/environment/deforming_contact.h"
 #include "kernels/environment/point_triangle_batch.h"
 
 namespace malha {

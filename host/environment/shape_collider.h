@@ -105,7 +105,7 @@ class ShapeCollider {
     for (const EnvironmentMesh* one : objects_) at.push_back(moving_shape(*one->exact, one->spec, time, time));
     const Array<Executor, MovingShape> shapes(at);
     const MeasureDepthInShapes<R> kernel{particles, shapes.data(), objects()};
-    return parallel_reduce<DepthInShapes>(executor_, particles.count, kernel).depth;
+    return parallel_reduce<Deepest>(executor_, particles.count, kernel).depth;
   }
 
   std::size_t bytes() const {

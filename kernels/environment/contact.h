@@ -119,6 +119,15 @@ struct ApplyRestitution {
   }
 };
 
+/// The largest of the depths of particles.
+struct Deepest {
+  double depth = 0;  // m
+  KERNEL Deepest& operator+=(const Deepest& o) {
+    depth = max(depth, o.depth);
+    return *this;
+  }
+};
+
 /// Counts contacts that pushed in the last substep.
 template <class R>
 struct CountContact {

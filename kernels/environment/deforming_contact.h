@@ -272,14 +272,6 @@ struct CancelCrossings {
   }
 };
 
-struct Deepest {
-  double depth = 0;  // m
-  KERNEL Deepest& operator+=(const Deepest& o) {
-    depth = max(depth, o.depth);
-    return *this;
-  }
-};
-
 /// Depth of a particle inside a solid or behind a one-sided sheet, where the substep ended.
 template <class R>
 struct DepthInDeforming {

@@ -169,21 +169,14 @@ struct MeasureShapeClearance : ShapeView<R> {
   }
 };
 
-/// Depth of a particle in the shapes, m.
-struct DepthInShapes {
-  double depth = 0;
-  KERNEL DepthInShapes& operator+=(const DepthInShapes& o) {
-    depth = max(depth, o.depth);
-    return *this;
-  }
-};
+/// Depth of a particle in the shapes.
 template <class R>
 struct MeasureDepthInShapes {
   Particles<R> particles;
   const MovingShape* shapes;
   int count;
-  KERNEL DepthInShapes operator()(int i) const {
-    DepthInShapes deepest;
+  KERNEL Deepest operator()(int i) const {
+    Deepest deepest;
     if (!(particles.w[i] > R(0))) return deepest;
     Vector3<double> x = in_double(particles.x[i]);
     if constexpr (kCompensated<R>) x = x + in_double(particles.p.low[i]);
