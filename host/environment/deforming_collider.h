@@ -12,6 +12,7 @@
 #include "host/base/point_array.h"
 #include "host/environment/clamp_tunnelling.h"
 #include "host/environment/deforming_surface.h"
+#include "host/environment/proximity_memory.h"
 #include "host/measure/solver_stats.h"
 #include "host/mesh/vectors.h"
 #include "kernels/environment/deforming_contact.h"
@@ -278,7 +279,7 @@ class DeformingCollider {
   }
   template <class Kernel>
   void launch(const Kernel& kernel) {
-    const int groups = (particles_ + kDeformingGroup - 1) / kDeformingGroup;
+    const int groups = static_cast<int>(groups_of(static_cast<std::size_t>(particles_)));
     if (particles_ <= kQueryGrain) return parallel_for_interleaved(single_threaded(executor_), groups, kernel);
     parallel_region(executor_, groups, [&](const auto& team) { parallel_for_interleaved(team, groups, kernel); });
   }

@@ -5,6 +5,7 @@
 #pragma once
 #include "kernels/environment/contact.h"
 #include "kernels/environment/deforming_mesh.h"
+#include "kernels/environment/proximity_cache.h"
 
 namespace malha {
 
@@ -15,7 +16,8 @@ struct DeformingObject {
   bool solid, one_sided;  // otherwise a sheet that acts on both sides
   double thickness;       // m
   float* overlap;         // m, of each particle: it may stay nearer than the thickness by as much; kFree: it is inside
-  Vec4<float>* clear;     // of each particle: its path crosses nothing if its displacement ends within w of x, y, z; m
+  Vec4<float>* clear;     // of each particle: its path crosses nothing if its displacement ends within w of x, y, z; m.
+                          // Null: the mesh rests
   int* hint;              // of each particle: the triangle that was closest last; below 0: none was near
   Contact<R>* contact;    // of each particle
 
@@ -26,7 +28,12 @@ struct DeformingObject {
   KERNEL bool is_free(int i) const { return overlap[i] == kFree; }
 };
 
-inline constexpr int kDeformingGroup = 64;  // particles of a group of the kernels below
+/// Calls work(i) for each particle of a group.
+template <class Group, class Work>
+KERNEL void for_each_particle(const Group& group, int particles, const Work& work) {
+  const int first = group.index * kGroupSize;
+  group.for_each(min(particles - first, kGroupSize), [&](int k) KERNEL_LAMBDA { work(first + k); });
+}
 
 /// The closest point of a mesh, with the side on which the particle is.
 struct SignedDistance {
@@ -34,17 +41,21 @@ struct SignedDistance {
   PointOnMesh at{-1, 0, 0};
   Vector3<double> q{}, outward{};  // m; unit, of a particle on the surface, where its distance has no gradient
   double distance = 0;             // m; negative behind the surface
+  Box<float> motion{};             // as in ClosestOnMesh
 };
 
 /// A particle is behind a one-sided sheet by its pseudonormal, and behind a solid's surface if it is `inside`.
 template <class Isa, class R>
 KERNEL SignedDistance signed_distance(const DeformingObject<R>& object, Vec4<double>* vertices, const Box<float>& box,
-                                      const Vector3<double>& p, bool inside, int hint, Box<float>& motion) {
+                                      const Vector3<double>& p, bool inside, int hint) {
   const DeformingMesh& mesh = object.mesh;
-  const ClosestOnMesh near = closest_point<Isa>(mesh, vertices, box, p, hint, motion);
-  if (near.triangle < 0) return {};
+  const ClosestOnMesh near = closest_point<Isa>(mesh, vertices, box, p, hint);
+  SignedDistance found;
+  found.motion = near.motion;
+  if (near.triangle < 0) return found;
   const double distance = sqrt(near.distance2);
-  SignedDistance found{true, false, closest_on(mesh, vertices, near.triangle, near.q), near.q, {0, 0, 0}, distance};
+  found.found = true, found.at = closest_on(mesh, vertices, near.triangle, near.q), found.q = near.q;
+  found.distance = distance;
   bool back = false;
   if (object.one_sided || distance < object.on_surface()) {
     const Vector3<double> normal = pseudonormal(mesh, vertices, near.triangle, near.feature);
@@ -54,6 +65,19 @@ KERNEL SignedDistance signed_distance(const DeformingObject<R>& object, Vec4<dou
   }
   if (object.one_sided ? back : inside) found.distance = -distance;
   return found;
+}
+
+/// The first crossing of an object by the path of a particle; none if it may cross it freely.
+template <class Isa, class R>
+KERNEL MovingCrossing crossing_of(const DeformingObject<R>& object, const Particles<R>& particles, int i) {
+  if (object.is_free(i)) return {};
+  const Vector3<double> x = particles.p.exact_start(i), p = particles.p.exact_position(i);
+  if (object.clear) {
+    const Vec4<float> range = object.clear[i];
+    const Vector3<double> off = p - x - in_double(range.xyz());
+    if (range.w > 0 && dot(off, off) < double(range.w) * double(range.w)) return {};
+  }
+  return first_crossing<Isa>(object.mesh, box_of_segment(x, p, 0), x, p, object.one_sided);
 }
 
 /// Detects the contacts of the paths from x to p with one mesh.
@@ -67,8 +91,7 @@ struct DetectDeformingContacts {
 
   template <class Group>
   KERNEL void operator()(const Group& group) const {
-    const int first = group.index * kDeformingGroup, rest = particles.count - first;
-    group.for_each(min(rest, kDeformingGroup), [&](int k) KERNEL_LAMBDA { detect<typename Group::Isa>(first + k); });
+    for_each_particle(group, particles.count, [this](int i) KERNEL_LAMBDA { detect<typename Group::Isa>(i); });
   }
 
  private:
@@ -81,9 +104,8 @@ struct DetectDeformingContacts {
     const Vector3<double> x = particles.p.exact_start(i), p = particles.p.exact_position(i);
     const Box<float> box = box_of_segment(x, p, 2 * object.thickness);
     const bool inside = object.solid && (keeps_overlaps || object.is_free(i)) && is_inside(mesh, mesh.before, x);
-    Box<float> motion;
-    const SignedDistance near = signed_distance<Isa>(object, mesh.before, box, x, inside, object.hint[i], motion);
-    object.clear[i] = clear_range(p - x, motion, near);
+    const SignedDistance near = signed_distance<Isa>(object, mesh.before, box, x, inside, object.hint[i]);
+    object.clear[i] = clear_range(p - x, near);
     if (object.hint[i] != near.at.triangle) object.hint[i] = near.at.triangle;
     // Beyond the boundary of a sheet there is no inside.
     const bool none = !near.found || (near.distance < 0 && near.rim);
@@ -105,10 +127,11 @@ struct DetectDeformingContacts {
     set_contact(i, near.at, direction(near, x), turn_with(mesh, near.at.triangle, direction(near, x)), required);
   }
 
-  /// The displacements without a crossing near the predicted one, if the triangles near the path have displacements in
-  /// the box `motion`: none is nearer to its start than the closest, and none beyond the box that was searched matters.
-  KERNEL Vec4<float> clear_range(const Vector3<double>& way, const Box<float>& motion,
-                                 const SignedDistance& near) const {
+  /// The displacements without a crossing near the predicted one: none of the triangles near the path, whose
+  /// displacements are in the box `near.motion`, is nearer to its start than the closest, and none beyond the box that
+  /// was searched matters.
+  KERNEL Vec4<float> clear_range(const Vector3<double>& way, const SignedDistance& near) const {
+    const Box<float>& motion = near.motion;
     double range = object.thickness;  // the box has two
     if (motion.low.x <= motion.high.x) {
       const auto most = [](double at, float low, float high)
@@ -139,8 +162,7 @@ struct DetectDeformingContacts {
                             m = face_normal(mesh, mesh.after, crossing.at.triangle) * side;
       return set_contact(i, crossing.at, n, m, required);
     }
-    Box<float> motion;
-    const SignedDistance end = signed_distance<Isa>(object, mesh.after, box, p, false, object.hint[i], motion);
+    const SignedDistance end = signed_distance<Isa>(object, mesh.after, box, p, false, object.hint[i]);
     if (!end.found || (end.distance < 0 && end.rim)) return;
     if (end.distance < 2 * object.thickness) set_contact(i, end.at, direction(end, p), direction(end, p), required);
   }
@@ -173,8 +195,7 @@ struct ClampToDeforming {
 
   template <class Group>
   KERNEL void operator()(const Group& group) const {
-    const int first = group.index * kDeformingGroup, rest = particles.count - first;
-    group.for_each(min(rest, kDeformingGroup), [&](int k) KERNEL_LAMBDA { clamp<typename Group::Isa>(first + k); });
+    for_each_particle(group, particles.count, [this](int i) KERNEL_LAMBDA { clamp<typename Group::Isa>(i); });
   }
 
  private:
@@ -191,19 +212,8 @@ struct ClampToDeforming {
     }
     move_with_closest<Isa>(i);
     for (int k = 0; k < count; ++k)
-      if (crossing<Isa>(i, objects[k]).at.triangle >= 0) objects[k].overlap[i] = objects[k].kFree, pinched[i] = 1;
-  }
-
-  template <class Isa>
-  KERNEL MovingCrossing crossing(int i, const DeformingObject<R>& object) const {
-    if (object.is_free(i)) return {};
-    const Vector3<double> x = particles.p.exact_start(i), p = particles.p.exact_position(i);
-    if (object.clear) {
-      const Vec4<float> range = object.clear[i];
-      const Vector3<double> off = p - x - in_double(range.xyz());
-      if (range.w > 0 && dot(off, off) < double(range.w) * double(range.w)) return {};
-    }
-    return first_crossing<Isa>(object.mesh, box_of_segment(x, p, 0), x, p, object.one_sided);
+      if (crossing_of<Isa>(objects[k], particles, i).at.triangle >= 0)
+        objects[k].overlap[i] = objects[k].kFree, pinched[i] = 1;
   }
 
   /// Puts the particle in front of the first surface that it crosses, of each object. Returns false if it crosses none.
@@ -212,7 +222,7 @@ struct ClampToDeforming {
     bool any = false;
     for (int k = 0; k < count; ++k) {
       const DeformingObject<R>& object = objects[k];
-      const MovingCrossing at = crossing<Isa>(i, object);
+      const MovingCrossing at = crossing_of<Isa>(object, particles, i);
       if (at.at.triangle < 0) continue;
       any = true;
       const Vector3<double> n = face_normal(object.mesh, object.mesh.after, at.at.triangle) * (at.from_front ? 1 : -1);
@@ -230,9 +240,8 @@ struct ClampToDeforming {
     Vector3<double> to = x;
     for (int k = 0; k < count; ++k) {
       const DeformingMesh& mesh = objects[k].mesh;
-      Box<float> motion;
-      const ClosestOnMesh near = closest_point<Isa>(mesh, mesh.before, box_of_segment(x, x, 2 * objects[k].thickness),
-                                                    x, objects[k].hint[i], motion);
+      const ClosestOnMesh near =
+          closest_point<Isa>(mesh, mesh.before, box_of_segment(x, x, 2 * objects[k].thickness), x, objects[k].hint[i]);
       if (!(near.distance2 < least)) continue;
       least = near.distance2;
       to = closest_on(mesh, mesh.before, near.triangle, near.q).on(mesh, mesh.after) +
@@ -256,19 +265,15 @@ struct CancelCrossings {
 
   template <class Group>
   KERNEL void operator()(const Group& group) const {
-    const int first = group.index * kDeformingGroup, rest = particles.count - first;
-    group.for_each(min(rest, kDeformingGroup), [&](int k) KERNEL_LAMBDA { cancel<typename Group::Isa>(first + k); });
+    for_each_particle(group, particles.count, [this](int i) KERNEL_LAMBDA { cancel<typename Group::Isa>(i); });
   }
 
  private:
   template <class Isa>
   KERNEL void cancel(int i) const {
     if (!(particles.w[i] > R(0)) || same(particles.p.d[i], {R(0), R(0), R(0)})) return;
-    const Vector3<double> x = particles.p.exact_start(i), p = particles.p.exact_position(i);
     for (int k = 0; k < count; ++k)
-      if (!objects[k].is_free(i) &&
-          first_crossing<Isa>(objects[k].mesh, box_of_segment(x, p, 0), x, p, objects[k].one_sided).at.triangle >= 0)
-        return particles.p.clear_displacement(i);
+      if (crossing_of<Isa>(objects[k], particles, i).at.triangle >= 0) return particles.p.clear_displacement(i);
   }
 };
 
@@ -283,9 +288,8 @@ struct DepthInDeforming {
     const Vector3<double> x = particles.p.exact_start(i);
     const bool inside = object.solid && is_inside(object.mesh, object.mesh.after, x);
     if (object.solid && !inside) return {};
-    Box<float> motion;
     const SignedDistance near =
-        signed_distance<OneLane>(object, object.mesh.after, box_of_segment(x, x, reach), x, inside, -1, motion);
+        signed_distance<OneLane>(object, object.mesh.after, box_of_segment(x, x, reach), x, inside, -1);
     return {near.found && !near.rim && near.distance < 0 ? -near.distance : 0};
   }
 };

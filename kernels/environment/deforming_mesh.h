@@ -106,6 +106,7 @@ struct ClosestOnMesh {
   int feature = 0;              // as in NearestPoint
   double distance2 = INFINITY;  // m^2
   Vector3<double> q{};
+  Box<float> motion = empty_box<float>();  // of the displacements of all triangles that overlap the searched box
 };
 
 /// The box of both.
@@ -116,10 +117,10 @@ KERNEL Box<float> intersection(const Box<float>& a, const Box<float>& b) {
 
 /// The closest point to p of the triangles whose swept boxes overlap `box`, with vertices `before` or `after`; of equal
 /// distances that of the lowest triangle. `hint`: a triangle that is likely to be near, which spares most others
-/// without changing the result; below 0: none. `motion`: becomes a box of the displacements of all these triangles.
+/// without changing the result; below 0: none.
 template <class Isa>
 KERNEL ClosestOnMesh closest_point(const DeformingMesh& mesh, Vec4<double>* vertices, const Box<float>& box,
-                                   const Vector3<double>& p, int hint, Box<float>& motion) {
+                                   const Vector3<double>& p, int hint) {
   using S = Lane<double, Isa>;
   ClosestOnMesh least;
   const auto measure = [&](const int* triangles, int count) KERNEL_LAMBDA {
@@ -132,8 +133,8 @@ KERNEL ClosestOnMesh closest_point(const DeformingMesh& mesh, Vec4<double>* vert
     for (int l = 0; l < count; ++l) {
       const double found = lane(d2, l);
       if (found > least.distance2 || (found == least.distance2 && triangles[l] > least.triangle)) continue;
-      least = {
-          triangles[l], int(lane(near.feature, l)), found, {lane(near.q.x, l), lane(near.q.y, l), lane(near.q.z, l)}};
+      least.triangle = triangles[l], least.feature = int(lane(near.feature, l)), least.distance2 = found;
+      least.q = {lane(near.q.x, l), lane(near.q.y, l), lane(near.q.z, l)};
     }
   };
   Box<float> within = box;
@@ -143,9 +144,8 @@ KERNEL ClosestOnMesh closest_point(const DeformingMesh& mesh, Vec4<double>* vert
     const double distance = norm(p - nearest_on_triangle(p, a, b, c).q);
     within = intersection(box, box_of_segment(p, p, distance * (1 + 1e-9)));
   }
-  motion = empty_box<float>();
   for_each_triangle_pack<Isa>(mesh, box, measure, [&](int block) KERNEL_LAMBDA -> const Box<float>& {
-    motion = merge(motion, mesh.motion[block]);
+    least.motion = merge(least.motion, mesh.motion[block]);
     return within;
   });
   return least;
