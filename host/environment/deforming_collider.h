@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <deque>
+#include <utility>
 #include <vector>
 
 #include "host/attachments/object_motion.h"
@@ -30,6 +31,7 @@ class DeformingCollider {
         pinched_(model.x.size(), 0) {
     for (const EnvironmentMesh& mesh : model.environment)
       if (deforms(mesh)) objects_.emplace_back(mesh, model.x.size());
+    views_ = Array<Executor, DeformingObject<R>>(objects_.size());
   }
 
   /// Sets the motion of a substep: the vertices move from where they are at `start` to where they are at `end` (s).
@@ -39,7 +41,8 @@ class DeformingCollider {
   }
   /// Sets the vertices to rest where they are at the end of this substep.
   void end_motion() {
-    for (Object& o : objects_) o.mesh.before = o.mesh.after, o.moved = false, refit(o);
+    for (Object& o : objects_)
+      if (o.moved) o.mesh.before = o.mesh.after, o.moved = false, refit(o);
     upload();
   }
   // No motion of a deforming mesh is rigid: what it moves has no owner.
@@ -242,14 +245,14 @@ class DeformingCollider {
    private:
     /// The vertices at a time, whose speed since `time` is noted.
     std::vector<Vec4<double>> points(double at) {
-      const std::vector<Vec3> now = points_at(of, at);
+      std::vector<Vec3> now = points_at(of, at);
       std::vector<Vec4<double>> all;
       all.reserve(now.size());
       for (const Vec3& x : now) all.push_back({x[0] + 0, x[1] + 0, x[2] + 0, 0});
       if (at > time)
         for (std::size_t v = 0; v < now.size(); ++v)
           fastest = std::max(fastest, norm(minus(now[v], before[v])) / (at - time));
-      before = now;
+      before = std::move(now);
       return all;
     }
     std::vector<Vec3> before;  // positions at `time`
@@ -275,7 +278,7 @@ class DeformingCollider {
   void upload() {
     std::vector<DeformingObject<R>> all;
     for (const Object& o : objects_) all.push_back(o.view());
-    views_ = Array<Executor, DeformingObject<R>>(all);
+    views_.upload(all);
   }
   template <class Kernel>
   void launch(const Kernel& kernel) {
