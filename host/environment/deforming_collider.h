@@ -178,7 +178,7 @@ class DeformingCollider {
       };
       for (int k = 0; k < 3; ++k)
         mesh.corner[k] = list(surface.corner[k]), mesh.neighbour[k] = list(surface.neighbour[k]);
-      mesh.star_begin = list(surface.star_begin), mesh.star = list(surface.star);
+      mesh.star_begin = list(surface.star.begin), mesh.star = list(surface.star.list);
       rim = Array<Executor, unsigned char>(surface.rim);
       mesh.rim = rim.data(), mesh.triangles = static_cast<int>(surface.triangles.size());
       const int blocks = (mesh.triangles + kBranch - 1) / kBranch;

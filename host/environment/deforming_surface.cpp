@@ -2,31 +2,14 @@
 #include "host/environment/deforming_surface.h"
 
 #include <algorithm>
-#include <map>
 #include <numeric>
-#include <span>
 
-#include "host/mesh/bounding_box.h"
+#include "host/mesh/bisection.h"
+#include "host/mesh/edge_sides.h"
 
 namespace malha {
 
 namespace {
-
-/// Bisects the list recursively along the longest side of the box of its centroids, into whole blocks of the tree.
-void bisect(const std::vector<Vec3>& centroid, std::span<int> list) {
-  const auto count = static_cast<int>(list.size());
-  if (count <= kBranch) return std::sort(list.begin(), list.end());
-  const int axis = longest_side(bounds_of(centroid, list));
-  int block = kBranch;
-  while (block * kBranch < count) block *= kBranch;
-  const int middle = (count / 2 + block - 1) / block * block;
-  const auto before = [&](int a, int b) {
-    return centroid[a][axis] != centroid[b][axis] ? centroid[a][axis] < centroid[b][axis] : a < b;
-  };
-  std::nth_element(list.begin(), list.begin() + middle, list.end(), before);
-  bisect(centroid, list.first(static_cast<std::size_t>(middle)));
-  bisect(centroid, list.subspan(static_cast<std::size_t>(middle)));
-}
 
 std::vector<Triangle> in_tree_order(const Mesh& mesh) {
   const std::vector<Triangle> all = triangles(mesh);
@@ -38,7 +21,11 @@ std::vector<Triangle> in_tree_order(const Mesh& mesh) {
   }
   std::vector<int> order(all.size());
   std::iota(order.begin(), order.end(), 0);
-  bisect(centroid, order);
+  bisect(centroid, order, kBranch, [](int count) {
+    int block = kBranch;  // whole blocks of the tree
+    while (block * kBranch < count) block *= kBranch;
+    return block;
+  });
   std::vector<Triangle> ordered;
   for (const int t : order) ordered.push_back(all[t]);
   return ordered;
@@ -49,30 +36,25 @@ std::vector<Triangle> in_tree_order(const Mesh& mesh) {
 DeformingSurface deforming_surface(const Mesh& mesh) {
   DeformingSurface surface;
   surface.triangles = in_tree_order(mesh);
-  const int count = static_cast<int>(surface.triangles.size());
-  std::map<std::pair<int, int>, std::vector<int>> sides;  // triangles that have the directed edge
-  std::vector<std::vector<int>> stars(mesh.points.size());
-  for (int t = 0; t < count; ++t)
-    for (int k = 0; k < 3; ++k) {
-      const Triangle& at = surface.triangles[t];
-      sides[{at[k], at[(k + 1) % 3]}].push_back(t);
-      stars[at[k]].push_back(t);
-      surface.corner[k].push_back(kIndexScale<double> * at[k]);
-    }
+  const std::vector<Triangle>& all = surface.triangles;
+  for (const Triangle& t : all)
+    for (int k = 0; k < 3; ++k) surface.corner[k].push_back(kIndexScale<double> * t[k]);
+  surface.star = {mesh.points.size(), [&](const auto& add) {
+                    for (std::size_t t = 0; t < all.size(); ++t)
+                      for (const int v : all[t]) add(v, static_cast<int>(t));
+                  }};
+  for (std::vector<int>& neighbour : surface.neighbour) neighbour.assign(all.size(), -1);
   surface.rim.assign(mesh.points.size(), 0);
-  for (int t = 0; t < count; ++t)
-    for (int k = 0; k < 3; ++k) {
-      const int from = surface.triangles[t][k], to = surface.triangles[t][(k + 1) % 3];
-      const auto across = sides.find({to, from});
-      const bool one = sides[{from, to}].size() == 1 && across != sides.end() && across->second.size() == 1;
-      surface.neighbour[k].push_back(one ? across->second[0] : -1);
-      if (across == sides.end()) surface.rim[from] = surface.rim[to] = 1;
-    }
-  surface.star_begin = {0};
-  for (const std::vector<int>& star : stars) {
-    surface.star.insert(surface.star.end(), star.begin(), star.end());
-    surface.star_begin.push_back(static_cast<int>(surface.star.size()));
-  }
+  const auto visit = [&](const auto& add) {
+    for (const auto& [a, b, c] : all) add(a, b), add(b, c), add(c, a);
+  };
+  for_each_edge(sorted_sides(mesh.points.size(), visit), [&](auto first, auto last) {
+    const auto forward = std::count_if(first, last, [](const Side& side) { return side.forward; });
+    if (forward == 0 || forward == last - first) surface.rim[first->low] = surface.rim[first->high] = 1;
+    if (forward != 1 || last - first != 2) return;
+    const int one = first[0].number, other = first[1].number;
+    surface.neighbour[one % 3][one / 3] = other / 3, surface.neighbour[other % 3][other / 3] = one / 3;
+  });
   return surface;
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 #include <vector>
 
+#include "host/mesh/compressed_lists.h"
 #include "host/mesh/topology.h"
 #include "kernels/environment/deforming_mesh.h"
 
@@ -12,7 +13,7 @@ namespace malha {
 struct DeformingSurface {
   std::vector<Triangle> triangles;  // 16 that follow each other are close together, and so are 16 such groups
   std::vector<int> corner[3], neighbour[3];
-  std::vector<int> star_begin, star;
+  CompressedLists<int> star;  // the triangles at each vertex
   std::vector<unsigned char> rim;
 };
 

@@ -4,9 +4,8 @@
 #include <algorithm>
 #include <array>
 #include <map>
-#include <span>
 
-#include "host/mesh/bounding_box.h"
+#include "host/mesh/bisection.h"
 
 namespace malha {
 
@@ -14,18 +13,12 @@ namespace {
 
 constexpr int kClusterParticles = 128, kGroup = 4;
 
-/// Bisects the list recursively along the longest side of its bounding box: into whole clusters, whole leaves, and
-/// groups of four, so that the edges and triangles of a leaf are close together too.
-void bisect(const std::vector<Vec3>& x, std::vector<int>::iterator begin, std::vector<int>::iterator end) {
-  const auto count = static_cast<int>(end - begin);
-  if (count <= kGroup) return std::sort(begin, end);
-  const int axis = longest_side(bounds_of(x, std::span(begin, end)));
-  const int block = count > kClusterParticles ? kClusterParticles : count > kBranch ? kBranch : kGroup;
-  const auto middle = begin + (count / 2 + block - 1) / block * block;
-  const auto before = [&](int a, int b) { return x[a][axis] != x[b][axis] ? x[a][axis] < x[b][axis] : a < b; };
-  std::nth_element(begin, middle, end, before);
-  bisect(x, begin, middle);
-  bisect(x, middle, end);
+/// Bisects the list into whole clusters, whole leaves, and groups of four, so that the edges and triangles of a leaf
+/// are close together too.
+void bisect_into_clusters(const std::vector<Vec3>& x, std::vector<int>& list) {
+  bisect(x, list, kGroup, [](int count) {
+    return count > kClusterParticles ? kClusterParticles : count > kBranch ? kBranch : kGroup;
+  });
 }
 
 /// All particles with a simplex, in order; large bodies one by one, because bodies separate.
@@ -40,10 +33,10 @@ std::vector<int> ordered_points(const SelfSurface& surface, const std::vector<Ve
       small.insert(small.end(), points.begin(), points.end());
       continue;
     }
-    bisect(x, points.begin(), points.end());
+    bisect_into_clusters(x, points);
     all.insert(all.end(), points.begin(), points.end());
   }
-  bisect(x, small.begin(), small.end());
+  bisect_into_clusters(x, small);
   all.insert(all.end(), small.begin(), small.end());
   return all;
 }
