@@ -275,10 +275,12 @@ struct SolveShapeContacts : ShapeView<R> {
     Vector3<S> moved = load_points<S>(this->particles.p.d, i), offset = moved;
     if constexpr (kCompensated<R>) offset = offset + load_points<S>(this->particles.p.low, i);
     const S C = dot(n, offset) - c, push = max(-C, -lambda);
+    const auto pushed = lambda > zero;
     lambda = lambda + push;
     store(lambda, contacts.lambda + lane);
     moved = moved + n * push;
-    if (shape.friction > 0 && movemask(lambda > zero) != 0) {
+    // A contact that pushes no longer takes its friction back.
+    if (const auto rubs = pushed | (lambda > zero); shape.friction > 0 && movemask(rubs) != 0) {
       S lift;
       load(contacts.lift + lane, lift);
       Vector3<S> slide = moved;
@@ -291,7 +293,7 @@ struct SolveShapeContacts : ShapeView<R> {
       const auto slips = length > most;
       friction = friction * select(slips, most / select(slips, length, one), one);
       store_points(contacts.friction(), lane, friction);
-      moved = moved - (friction - before);
+      moved = moved - or_zero(rubs, friction - before);
     }
     store_points(this->particles.p.d, i, moved);
   }
