@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/attachments/surface_points.h"
 
-#include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <utility>
 
+#include "host/mesh/closest_of_triangles.h"
 #include "host/mesh/topology.h"
-#include "kernels/geometry/closest_point.h"
 
 namespace malha {
 
@@ -31,47 +29,34 @@ bool axes_of(const Vector3<double>& b, const Vector3<double>& c, TriangleAxes& a
   return true;
 }
 
-/// A lower bound of the squared distance of a triangle from p.
-double box_distance2(const Vector3<double>& p, const Vector3<double> (&x)[3]) {
-  const auto out = [](double at, double a, double b, double c) {
-    return std::max({std::min({a, b, c}) - at, at - std::max({a, b, c}), 0.0});
-  };
-  const double dx = out(p.x, x[0].x, x[1].x, x[2].x), dy = out(p.y, x[0].y, x[1].y, x[2].y),
-               dz = out(p.z, x[0].z, x[1].z, x[2].z);
-  return dx * dx + dy * dy + dz * dz;
-}
-
 }  // namespace
 
 SurfacePoints::Followed SurfacePoints::follow(const EnvironmentMesh& object,
                                               const std::vector<Vector3<double>>& places) {
-  const std::vector<Triangle> triangles = malha::triangles(object.mesh);
   const Pose start = pose_at(object.spec.motion, 0);
-  std::vector<Vector3<double>> x;
-  for (const Vec3& point : object.mesh.points) x.push_back(to_world(start, vector(point)));
+  std::vector<Vec3> x;
+  for (const Vec3& point : object.mesh.points) {
+    const Vector3<double> at = to_world(start, vector(point));
+    x.push_back({at.x, at.y, at.z});
+  }
+  const auto axes = [&](const Triangle& t, TriangleAxes& of) {
+    const Vector3<double> a = vector(x[t[0]]);
+    return axes_of(vector(x[t[1]]) - a, vector(x[t[2]]) - a, of);
+  };
+  std::vector<Triangle> triangles = malha::triangles(object.mesh);
+  TriangleAxes of;
+  std::erase_if(triangles, [&](const Triangle& t) { return !axes(t, of); });
 
   Followed all;
   std::map<int, std::size_t> number;  // of a vertex of the object, among those that are needed
   for (const Vector3<double>& p : places) {
-    double least = std::numeric_limits<double>::infinity();
-    Point point;
-    const Triangle* closest = nullptr;
-    for (const Triangle& t : triangles) {
-      const auto at = [&](std::size_t k) { return x[static_cast<std::size_t>(t[k])]; };
-      const Vector3<double> corner[3]{at(0), at(1), at(2)};
-      if (box_distance2(p, corner) >= least) continue;
-      const Vector3<double> b = corner[1] - corner[0], c = corner[2] - corner[0];
-      TriangleAxes axes;
-      if (!axes_of(b, c, axes)) continue;
-      const Vector3<double> weights = closest_on_triangle(b, c, p - corner[0]),
-                            offset = p - corner[0] - b * weights.y - c * weights.z;
-      if (dot(offset, offset) >= least) continue;
-      least = dot(offset, offset), closest = &t;
-      point.wb = weights.y, point.wc = weights.z;
-      point.offset = {dot(axes.along, offset), dot(axes.across, offset), dot(axes.normal, offset)};
-    }
+    const ClosestOfTriangles closest = closest_of_triangles(triangles, x, p);
+    const Triangle& triangle = triangles[closest.triangle];
+    axes(triangle, of);
+    const auto along = [&](const Vector3<double>& axis) { return dot(axis, closest.offset); };
+    Point point{{}, closest.wb, closest.wc, {along(of.along), along(of.across), along(of.normal)}};
     for (std::size_t k = 0; k < 3; ++k) {
-      const int vertex = (*closest)[k];
+      const int vertex = triangle[k];
       const auto [known, added] = number.try_emplace(vertex, all.vertices.size());
       if (added) all.vertices.push_back(vertex);
       point.corner[k] = known->second;

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "host/base/disjoint_sets.h"
+#include "host/mesh/closest_of_triangles.h"
 #include "host/mesh/edge_sides.h"
 #include "host/mesh/topology.h"
 #include "host/mesh/vectors.h"
@@ -147,26 +148,13 @@ class SeamFinder {
     if (all.empty())
       refuse(scene_.file, here_ + "/to/surface", "the surface of '" + spec_.to.body + "', a body without faces",
              "a body with faces, or a selector");
-    const auto at = [&](int point) {
-      const Vec3& x = mesh(to_).points[point];
-      return Vector3<double>{x[0], x[1], x[2]};
-    };
     for (const int i : from) {
-      const Vec3& x = mesh(from_).points[i];
-      const Vector3<double> p{x[0], x[1], x[2]};
-      double least2 = std::numeric_limits<double>::infinity();
-      std::size_t nearest = 0;
-      for (std::size_t t = 0; t < all.size(); ++t) {
-        const Vector3<double> a = at(all[t][0]), b = at(all[t][1]) - a, c = at(all[t][2]) - a;
-        // The triangle lies in a ball about its first corner.
-        const double reach = std::sqrt(std::max(dot(b, b), dot(c, c))) + std::sqrt(least2);
-        if (dot(p - a, p - a) > reach * reach) continue;
-        const Vector3<double> weights = closest_on_triangle(b, c, p - a), gap = p - a - b * weights.y - c * weights.z;
-        if (dot(gap, gap) < least2) least2 = dot(gap, gap), nearest = t;
-      }
-      if (!(std::sqrt(least2) <= *spec_.within)) refuse_partner(i, std::sqrt(least2));
+      const Vec3& p = mesh(from_).points[i];
+      const ClosestOfTriangles closest = closest_of_triangles(all, mesh(to_).points, {p[0], p[1], p[2]});
+      const double gap = std::sqrt(dot(closest.offset, closest.offset));
+      if (!(gap <= *spec_.within)) refuse_partner(i, gap);
       joints.particles.push_back(first_from_ + i);
-      for (const int corner : all[nearest]) joints.particles.push_back(first_to_ + corner);
+      for (const int corner : all[closest.triangle]) joints.particles.push_back(first_to_ + corner);
     }
   }
 
@@ -225,11 +213,14 @@ std::vector<int> places_of_particles(int particles, const std::vector<Joints>& j
 
 namespace {
 
-/// The particles at the place of each particle, in the list of the lowest of them. `joins`: whether a set does.
+bool is_hard_seam(const ConstraintSet& set) { return set.type == Seam::name && set.compliance.value_or(0) == 0; }
+
+/// The particles at the place of each particle, in the list of the lowest of them. `joins`: whether a set joins pairs
+/// in one place.
 template <class Joins>
 std::vector<std::vector<int>> particles_at_places(const Model& model, DisjointSets& places, const Joins& joins) {
   for (const ConstraintSet& set : model.sets)
-    for (std::size_t k = 0; set.type == Seam::name && joins(set) && k < set.particles.size(); k += 2)
+    for (std::size_t k = 0; joins(set) && k < set.particles.size(); k += 2)
       places.join(set.particles[k], set.particles[k + 1]);
   std::vector<std::vector<int>> at(model.count());
   for (int i = 0; i < model.count(); ++i) at[places.root(i)].push_back(i);
@@ -238,12 +229,13 @@ std::vector<std::vector<int>> particles_at_places(const Model& model, DisjointSe
 
 }  // namespace
 
+bool has_closed_places(const Model& model) { return std::ranges::any_of(model.sets, is_hard_seam); }
+
 CompressedLists<int> closed_places(const Model& model) {
   CompressedLists<int> closed;
-  if (model.scene.seams.empty()) return closed;
+  if (!has_closed_places(model)) return closed;
   DisjointSets places(model.count());
-  const auto is_hard = [](const ConstraintSet& set) { return set.compliance.value_or(0) == 0; };
-  for (const std::vector<int>& all : particles_at_places(model, places, is_hard)) {
+  for (const std::vector<int>& all : particles_at_places(model, places, is_hard_seam)) {
     if (all.size() < 2) continue;
     closed.list.insert(closed.list.end(), all.begin(), all.end());
     closed.begin.push_back(static_cast<int>(closed.list.size()));
@@ -256,7 +248,7 @@ CompressedLists<int> sewn_particles(const Model& model) {
   const int n = model.count();
   DisjointSets places(n);
   const std::vector<std::vector<int>> at =
-      particles_at_places(model, places, [](const ConstraintSet&) { return true; });
+      particles_at_places(model, places, [](const ConstraintSet& set) { return set.type == Seam::name; });
   std::vector<Edge> links;  // of places
   for (const ConstraintSet& set : model.sets)
     for (std::size_t k = 0; set.type == SurfaceAttachment::name && k < set.particles.size(); k += 4)

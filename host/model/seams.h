@@ -39,6 +39,9 @@ std::vector<int> places_of_particles(int particles, const std::vector<Joints>& j
 /// or it as the attached point; of triangles the corners. Empty lists if the model has no seams.
 CompressedLists<int> sewn_particles(const Model& model);
 
+/// Tells whether seams without compliance hold particles in one place.
+bool has_closed_places(const Model& model);
+
 /// The particles at each place that seams without compliance hold; none without such seams.
 CompressedLists<int> closed_places(const Model& model);
 

@@ -60,7 +60,6 @@ StepFeatures step_features(const Model& model, bool levels) {
   const Scene& scene = model.scene;
   const DesbrunSpec& desbrun = scene.solver.desbrun;
   const auto changes = [](const AttachmentSet& set) { return set.target.has_motion() || set.release_time; };
-  const auto moves = [](const EnvironmentMesh& mesh) { return malha::moves(mesh); };
   StepFeatures has;
   has.position_based = scene.solver.type == "pbd";
   has.filter = !has.position_based && (!model.springs.empty() || !model.stencils.empty());
@@ -69,7 +68,7 @@ StepFeatures step_features(const Model& model, bool levels) {
   has.batches = !model.sets.empty(), has.levels = levels;
   has.pressure = !model.pressures.empty(), has.long_range = model.long_range.items() > 0;
   has.attachments = !model.attached.empty(), has.attachments_change = std::ranges::any_of(model.attached, changes);
-  has.closed_seams = !closed_places(model).list.empty();
+  has.closed_seams = has_closed_places(model);
   has.pins_move = !model.moved.empty();
   has.contacts = !model.environment.empty(), has.objects_move = std::ranges::any_of(model.environment, moves);
   has.edges = names_edges(scene), has.self_collision = scene.self_collision.has_value();
