@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <cstdint>
 #include <cstring>
 #include <filesystem>
 
 #include "host/animation/animation_source.h"
+#include "host/animation/point_cache.h"
 #include "host/base/mapped_file.h"
 #include "host/base/memory_size.h"
 #include "host/base/spelling_suggestion.h"
@@ -75,20 +75,10 @@ void require_memory(const std::string& file, std::size_t frames, std::size_t ver
                         "what is free: " + in_gib(free));
 }
 
-// PointCache2; frames_pc2.cpp of host/output writes the same layout.
-
-struct Header {
-  char signature[12];
-  std::int32_t version, points;
-  float first_frame, frames_per_sample;
-  std::int32_t samples;
-};
-static_assert(sizeof(Header) == 32);
-
-Header read_header(const std::string& file, std::string_view bytes) {
-  Header header{};
+PointCacheHeader read_header(const std::string& file, std::string_view bytes) {
+  PointCacheHeader header{};
   if (bytes.size() >= sizeof header) std::memcpy(&header, bytes.data(), sizeof header);
-  if (std::memcmp(header.signature, "POINTCACHE2", 12) != 0)
+  if (std::memcmp(header.signature, kPointCache, sizeof kPointCache) != 0)
     refuse(file, "byte 0", "no header of a point cache", "POINTCACHE2");
   if (header.version != 1) refuse(file, "byte 12", "version " + std::to_string(header.version), "1");
   if (header.points < 1) refuse(file, "byte 16", std::to_string(header.points) + " points", "one or more");
@@ -187,7 +177,7 @@ void check_topology(const std::string& file, const Mesh& found, std::size_t vert
 std::unique_ptr<AnimationSource> read_point_cache(const std::string& file, double frames_per_second) {
   if (!fs::is_regular_file(file)) refuse(file, "", "no file", "a readable PC2 file");
   const MappedFile mapped(file);
-  const Header header = read_header(file, mapped.bytes());
+  const PointCacheHeader header = read_header(file, mapped.bytes());
   const auto vertices = static_cast<std::size_t>(header.points), samples = static_cast<std::size_t>(header.samples);
   const double wanted =
       sizeof header + 1.0 * sizeof(Point) * static_cast<double>(samples) * static_cast<double>(vertices);

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // PointCache2 writer: one growing file of samples, and the mesh at rest beside it for Blender's or Maya's mesh cache.
-// Layout: char[12] "POINTCACHE2\0", int version (1), int points, float first frame, float frames per sample, int
-// samples, then samples x points x 3 floats; all little-endian. Sample i is frame (first + i).
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <stdexcept>
 
+#include "host/animation/point_cache.h"
 #include "host/base/file.h"
 #include "host/base/mapped_file.h"
 #include "host/output/frame_formats.h"
@@ -16,15 +15,6 @@ namespace malha {
 namespace fs = std::filesystem;
 
 namespace {
-
-struct Header {
-  char signature[12];
-  std::int32_t version, points;
-  float first_frame, frames_per_sample;
-  std::int32_t samples;
-};
-static_assert(sizeof(Header) == 32);
-constexpr char kSignature[12] = "POINTCACHE2";
 
 /// Writes loose and unused points as lines of no length. Blender ignores "p" elements and drops vertices that no
 /// element uses, and the cache would no longer match.
@@ -43,8 +33,8 @@ class Pc2 : public FrameFormat {
     if (next > 0 && fs::exists(path_)) {
       resume(next);
     } else {
-      Header header{{}, 1, static_cast<std::int32_t>(points_), static_cast<float>(next), 1, 0};
-      std::memcpy(header.signature, kSignature, sizeof kSignature);
+      PointCacheHeader header{{}, 1, static_cast<std::int32_t>(points_), static_cast<float>(next), 1, 0};
+      std::memcpy(header.signature, kPointCache, sizeof kPointCache);
       write_whole(path_, bytes_of(header));
     }
   }
@@ -54,20 +44,20 @@ class Pc2 : public FrameFormat {
     const std::int32_t sample = frame.index - first_, count = sample + 1;
     bytes_.clear();
     for (const Vec3& x : frame.points) append(bytes_, x, false);
-    overwrite(path_, {{bytes(sample), bytes_}, {offsetof(Header, samples), bytes_of(count)}});
+    overwrite(path_, {{bytes(sample), bytes_}, {offsetof(PointCacheHeader, samples), bytes_of(count)}});
   }
 
  private:
   std::uintmax_t bytes(int samples) const {
-    return sizeof(Header) + 12 * static_cast<std::uintmax_t>(samples) * points_;
+    return sizeof(PointCacheHeader) + 12 * static_cast<std::uintmax_t>(samples) * points_;
   }
 
   void resume(int next) {
-    Header header{};
+    PointCacheHeader header{};
     if (const MappedFile file(path_); file.bytes().size() >= sizeof header)
       std::memcpy(&header, file.bytes().data(), sizeof header);
     first_ = static_cast<int>(header.first_frame);
-    const bool ours = std::memcmp(header.signature, kSignature, sizeof kSignature) == 0 &&
+    const bool ours = std::memcmp(header.signature, kPointCache, sizeof kPointCache) == 0 &&
                       header.points == static_cast<std::int32_t>(points_) && header.frames_per_sample == 1;
     const std::int32_t keep = next - first_;
     if (!ours || keep < 0 || keep > header.samples)
@@ -75,7 +65,7 @@ class Pc2 : public FrameFormat {
           path_.string() + ": does not continue at frame " + std::to_string(next) + ": found " +
           (ours ? "frames " + std::to_string(first_) + " to " + std::to_string(first_ + header.samples - 1)
                 : "no point cache of " + std::to_string(points_) + " points"));
-    overwrite(path_, {{offsetof(Header, samples), bytes_of(keep)}});
+    overwrite(path_, {{offsetof(PointCacheHeader, samples), bytes_of(keep)}});
     fs::resize_file(path_, bytes(keep));
   }
 
