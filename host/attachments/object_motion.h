@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where the vertices of environment objects are over time.
+// The positions of environment objects' vertices over time.
 #pragma once
 #include <memory>
 #include <vector>
@@ -26,7 +26,7 @@ Mesh mesh_at(const EnvironmentMesh& object, double time);
 class SomeVertices {
  public:
   SomeVertices(const EnvironmentMesh& object, const std::vector<int>& vertices);
-  /// Where they are at a time (s) in the world, m.
+  /// Returns their positions at a time (s) in the world, m.
   std::vector<Vec3> at(double time) const;
 
  private:

@@ -16,7 +16,7 @@ class SurfacePoints {
   /// `places` are those of the points at the start, m. Triangles without area are left out.
   SurfacePoints(const EnvironmentMesh& object, const std::vector<Vector3<double>>& places);
 
-  /// Where the points are at a time (s), m.
+  /// Returns the positions of the points at a time (s), m.
   std::vector<Vector3<double>> at(double time) const;
 
  private:

@@ -152,7 +152,7 @@ class EnvironmentColliders {
     return sum;
   }
 
-  // What only deforming meshes have; 0 and empty without.
+  // Facts and state of deforming meshes; 0 and empty without.
   double fastest_vertex() const { return deforming_ ? deforming_->fastest_vertex() : 0; }
   std::vector<DeformingStats> deforming() const {
     return deforming_ ? deforming_->facts() : std::vector<DeformingStats>{};
@@ -163,7 +163,7 @@ class EnvironmentColliders {
     if (deforming_) deforming_->restore_overlaps(all);
   }
 
-  // What only rigid meshes have.
+  // Facts and state of rigid meshes.
   std::optional<ContactStats> facts() const { return meshes_ ? std::optional(meshes_->facts()) : std::nullopt; }
   /// Number of triangles of each mesh.
   std::vector<int> triangles() const { return meshes_ ? meshes_->triangles() : std::vector<int>{}; }
@@ -178,7 +178,7 @@ class EnvironmentColliders {
   void restore_state(const ProximityMemory& all) {
     if (meshes_) meshes_->restore_state(all);
   }
-  // What only exact shapes have.
+  // State of exact shapes.
   std::optional<ShapeMemory> save_shapes(std::size_t particles) const {
     return shapes_ ? std::optional(shapes_->save_state(particles)) : std::nullopt;
   }
