@@ -117,7 +117,7 @@ TEST(ParseScene, ReadsEveryValueOfAFullScene) {
   EXPECT_EQ(s.bodies[7].constraints.at(1).parameter, 0.4);
   EXPECT_EQ(std::get<TetBoxShape>(s.bodies[7].shape).size, (Vec3{1, 2, 3}));
   EXPECT_EQ(std::get<TetBoxShape>(s.bodies[7].shape).cells, (std::array<int, 3>{1, 2, 3}));
-  ASSERT_EQ(s.environment.size(), 10u);
+  ASSERT_EQ(s.environment.size(), 13u);
   EXPECT_EQ(s.environment[0].sides, Sides::Solid);
   EXPECT_EQ(s.environment[1].sides, Sides::OneSided);
   EXPECT_EQ(s.environment[2].sides, Sides::TwoSided);
@@ -136,6 +136,18 @@ TEST(ParseScene, ReadsEveryValueOfAFullScene) {
   EXPECT_TRUE(swim.frames.ends_with("meshes/swim_*.ply"));
   EXPECT_EQ(swim.frames_per_second, 24);
   EXPECT_TRUE(s.environment[8].animation.value().from_code);
+  EXPECT_TRUE(std::holds_alternative<PlaneShape>(s.environment[10].shape));
+  EXPECT_EQ(std::get<CapsuleShape>(s.environment[11].shape).to, (Vec3{4, 0, 0}));
+  EXPECT_EQ(std::get<CylinderShape>(s.environment[12].shape).radius, 0.2);
+  ASSERT_EQ(s.seams.size(), 7u);
+  EXPECT_EQ(s.seams[0].from.body, "sheet");
+  EXPECT_TRUE(std::get<RowPin>(s.seams[0].from.at.value()).last);
+  EXPECT_EQ(s.seams[0].within, 0.02);
+  EXPECT_EQ(s.seams[0].closing, 0.5);
+  EXPECT_EQ(s.seams[0].compliance, 1e-6);
+  EXPECT_TRUE(s.seams[5].to.surface);
+  EXPECT_EQ(s.seams[6].pairs, (std::vector<Edge>{{0, 1}, {2, 3}}));
+  EXPECT_EQ(s.expect.max_seam_gap.at_most, 0.001);
   EXPECT_EQ(s.duration, 2.5);
   EXPECT_EQ(s.outputs.every, 2);
   EXPECT_EQ(s.outputs.formats, (std::vector<std::string>{"vtp", "pc2", "ply", "obj", "glb"}));
