@@ -74,5 +74,18 @@ inline Eigen::Matrix<double, 3, 2> gradient_of(const std::vector<Vec3>& X, const
 inline double area_of(const std::vector<Vec3>& X, const Quad& t) {
   return std::abs(sides_of(X[t[0]], X[t[1]], X[t[2]]).topRows<2>().determinant()) / 2;
 }
+inline double area_of(const Mesh& mesh) {
+  double area = 0;
+  for (const Quad& t : mesh.faces) area += area_of(mesh.points, t);
+  return area;
+}
+
+/// The points of the upper edge, y = 0.
+inline ListPin upper_edge(const Mesh& mesh) {
+  ListPin held;
+  for (std::size_t i = 0; i < mesh.points.size(); ++i)
+    if (mesh.points[i][1] == 0) held.particles.push_back(static_cast<int>(i));
+  return held;
+}
 
 }  // namespace malha

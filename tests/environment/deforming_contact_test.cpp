@@ -9,10 +9,10 @@
 
 #include "host/environment/deforming_collider.h"
 #include "host/mesh/generate.h"
-#include "host/mesh/topology.h"
 #include "kernels/forces/integrate.h"
 #include "tests/mesh/point_list.h"
 #include "tests/numbers.h"
+#include "tests/self_collision/brute_force.h"
 
 namespace malha {
 namespace {
@@ -63,15 +63,11 @@ class DeformingBench {
     for (const Vec3& x : start_) points.push_back(deformation_(x, time));
     return points;
   }
-  /// Surface at the present time, triangle by triangle.
-  std::vector<std::array<Point, 3>> surface() const {
-    const std::vector<Vec3> at = shape_at(substeps_ * h_);
-    std::vector<std::array<Point, 3>> all;
-    for (const Triangle& t : triangles(model_.environment[0].mesh)) {
-      const auto corner = [&](int k) { return Point{at[t[k]][0], at[t[k]][1], at[t[k]][2]}; };
-      all.push_back({corner(0), corner(1), corner(2)});
-    }
-    return all;
+  /// The surface at the present time.
+  BruteForce surface() const {
+    Mesh mesh = model_.environment[0].mesh;
+    mesh.points = shape_at(substeps_ * h_);
+    return BruteForce(mesh);
   }
   Particles<R> particles() {
     return {x_.size(), x_.points(), v_.points(), {x_.points(), d_.points(), low_.points()}, w_.data()};
@@ -101,17 +97,6 @@ class DeformingBench {
   std::vector<R> w_;
   int substeps_ = 0;
 };
-
-/// The winding number of a surface around a point (van Oosterom, Strackee 1983).
-double winding_of(const std::vector<std::array<Point, 3>>& surface, const Point& p) {
-  double sum = 0;
-  for (const auto& [a, b, c] : surface) {
-    const Point u = a - p, v = b - p, w = c - p;
-    const double lu = norm(u), lv = norm(v), lw = norm(w);
-    sum += 2 * std::atan2(dot(u, cross(v, w)), lu * lv * lw + dot(u, v) * lw + dot(v, w) * lu + dot(w, u) * lv);
-  }
-  return sum / (4 * M_PI);
-}
 
 /// A ball of radius .5 that is squeezed, bent and thrown about, `speed` times as fast as a second per cycle.
 Deformation thrown_ball(double speed) {
@@ -164,10 +149,9 @@ TYPED_TEST(DeformingContact, NoParticleIsEverInsideABallThatIsSqueezedAndThrownA
           d = d + Vector3<R>{R(.05 * normal(random)), R(.05 * normal(random)), R(.05 * normal(random))};
       });
       touched += bench.collider().contacts();
-      const auto surface = bench.surface();
+      const BruteForce surface = bench.surface();
       for (int i = 0; i < bench.count(); ++i)
-        ASSERT_NEAR(winding_of(surface, bench.x(i)), 0, .4)
-            << "particle " << i << ", substep " << s << ", speed " << speed;
+        ASSERT_NEAR(surface.winding(bench.x(i)), 0, .4) << "particle " << i << ", substep " << s << ", speed " << speed;
       // Whatever was hit flies away: all are drawn back.
       for (int i = 0; i < bench.count(); ++i)
         if (const Point at = bench.x(i); norm(at) > 2) bench.push(i, at * (-3 / norm(at)));

@@ -54,34 +54,31 @@ TEST(RestShape, UnfoldsTheNeighbourBeyondASeam) {
   expect_place(X[3], {5.25, 4, 0});
 }
 
-TEST(RestShape, MirroredNeighbourIsUnfoldedAlike) {
+/// The neighbour's corner of the hinge between the two triangles, by their pattern `rest`.
+Vec3 neighbour_at(const Mesh& rest) {
   const Mesh mesh = two_triangles();
-  Mesh rest = apart();
-  rest.points[5][1] = 3;  // on the other side of its edge
   const int hinge[] = {0, 1, 2, 3};
   Vec3 X[4];
   RestShape(mesh, &rest).corners(Element::Hinges, hinge, X);
-  expect_place(X[3], {2, 0.25, 0});
+  return X[3];
+}
+
+TEST(RestShape, MirroredNeighbourIsUnfoldedAlike) {
+  Mesh rest = apart();
+  rest.points[5][1] = 3;  // on the other side of its edge
+  expect_place(neighbour_at(rest), {2, 0.25, 0});
 }
 
 TEST(RestShape, NeighbourFoldedOntoTheTriangleIsUnfolded) {
-  const Mesh mesh = two_triangles();
   Mesh rest = apart();
   rest.points[5] = {-2, 0.75, 0}, rest.faces[1] = {1, 0, 5, -1};  // at the same edge, on the same side
-  const int hinge[] = {0, 1, 2, 3};
-  Vec3 X[4];
-  RestShape(mesh, &rest).corners(Element::Hinges, hinge, X);
-  expect_place(X[3], {2, 0.75, 0});
+  expect_place(neighbour_at(rest), {2, 0.75, 0});
 }
 
 TEST(RestShape, NeighbourAtTheSameEdgeKeepsItsAngle) {
-  const Mesh mesh = two_triangles();
   Mesh rest = apart();
   rest.points[5] = {0, 0.75, 2}, rest.faces[1] = {1, 0, 5, -1};
-  const int hinge[] = {0, 1, 2, 3};
-  Vec3 X[4];
-  RestShape(mesh, &rest).corners(Element::Hinges, hinge, X);
-  EXPECT_EQ(X[3], rest.points[5]);
+  EXPECT_EQ(neighbour_at(rest), rest.points[5]);
 }
 
 TEST(RestShape, EdgeOfASeamHasTheMeanOfItsLengths) {
