@@ -27,7 +27,7 @@ Vec3 along(const Vec3& from, const Vec3& direction, double way) {
 }  // namespace
 
 RestShape::RestShape(const Mesh& mesh, const Mesh* rest) : mesh_(&mesh), places_(rest ? rest : &mesh) {
-  if (places_->points.size() == mesh.points.size() && places_->faces == mesh.faces) return;
+  if (places_ == mesh_ || (places_->points.size() == mesh.points.size() && places_->faces == mesh.faces)) return;
   faces_ = std::make_shared<CompressedLists<int>>(mesh.points.size(), [&](const auto& add) {
     for (std::size_t f = 0; f < mesh.faces.size(); ++f)
       for (const int point : mesh.faces[f])
