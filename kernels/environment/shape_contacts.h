@@ -259,7 +259,7 @@ struct SolveShapeContacts : ShapeView<R> {
   template <class Group>
   KERNEL void operator()(const Group& group) const {
     this->for_each_contact_pack(group, [this](const MovingShape& shape, ShapeContacts<R>& contacts, int lane, int i,
-                                              auto t) KERNEL_LAMBDA { solve(shape, contacts, lane, i, t); });
+                                              auto t) KERNEL_LAMBDA { this->solve(shape, contacts, lane, i, t); });
   }
 
  private:
@@ -310,7 +310,7 @@ struct RestituteShapeContacts : ShapeView<R> {
   template <class Group>
   KERNEL void operator()(const Group& group) const {
     this->for_each_contact_pack(group, [this](const MovingShape& shape, ShapeContacts<R>& contacts, int lane, int i,
-                                              auto t) KERNEL_LAMBDA { restitute(shape, contacts, lane, i, t); });
+                                              auto t) KERNEL_LAMBDA { this->restitute(shape, contacts, lane, i, t); });
   }
 
  private:
