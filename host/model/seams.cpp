@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
+#include <set>
 #include <string>
 #include <utility>
 
@@ -50,6 +52,8 @@ class SeamFinder {
   }
 
  private:
+  static constexpr double kTogether = 1e-6;  // m: pinned particles at one place but for rounding
+
   std::size_t number_of(const std::string& body) const {
     const auto found = std::ranges::find(scene_.bodies, body, &BodySpec::name);
     return static_cast<std::size_t>(found - scene_.bodies.begin());
@@ -158,17 +162,57 @@ class SeamFinder {
     }
   }
 
-  /// Removes joints that cannot move.
+  /// Removes joints that cannot move, which must be closed. One free particle cannot be sewn to two pinned ones that
+  /// are apart either.
   void drop_pinned(Joints& joints) const {
     const auto arity = static_cast<std::size_t>(joints.arity());
+    const auto from = [&](std::size_t k) { return joints.particles[k] - first_from_; };
+    const auto to = [&](std::size_t k) { return joints.particles[k] - first_to_; };
+    const std::vector<bool>&from_pinned = bodies_[from_].boundary.pinned, &to_pinned = bodies_[to_].boundary.pinned;
     std::vector<int> kept;
+    std::map<int, int> pin_of_from, pin_of_to;  // the pinned partner of a free particle
     for (std::size_t k = 0; k < joints.particles.size(); k += arity) {
-      bool moves = !bodies_[from_].boundary.pinned[joints.particles[k] - first_from_];
-      for (std::size_t j = 1; j < arity; ++j)
-        moves = moves || !bodies_[to_].boundary.pinned[joints.particles[k + j] - first_to_];
-      if (moves) kept.insert(kept.end(), &joints.particles[k], &joints.particles[k] + arity);
+      const bool from_moves = !from_pinned[from(k)];
+      bool to_moves = false;
+      for (std::size_t j = 1; j < arity; ++j) to_moves = to_moves || !to_pinned[to(k + j)];
+      if (from_moves || to_moves) kept.insert(kept.end(), &joints.particles[k], &joints.particles[k] + arity);
+      if (from_moves && to_moves) continue;
+      if (!from_moves && !to_moves) {
+        if (const double gap = gap_of(joints, k); gap > kTogether)
+          refuse(scene_.file, here_,
+                 name(from_, from(k)) + " and its partner in body '" + spec_.to.body + "', which pins hold " +
+                     shown(gap) + " m apart",
+                 "pairs of which a particle can move, or that are closed");
+      } else if (!joints.to_surface && joints.compliance == 0) {
+        if (from_moves)
+          require_one_pin(pin_of_from, from_, from(k), to_, to(k + 1));
+        else
+          require_one_pin(pin_of_to, to_, to(k + 1), from_, from(k));
+      }
     }
     joints.particles = std::move(kept);
+  }
+  void require_one_pin(std::map<int, int>& pins, std::size_t body, int point, std::size_t pinned_body, int pin) const {
+    const auto [known, is_new] = pins.try_emplace(point, pin);
+    const std::vector<Vec3>& x = mesh(pinned_body).points;
+    if (is_new || distance(x[known->second], x[pin]) <= kTogether) return;
+    refuse(scene_.file, here_,
+           name(body, point) + ", which is sewn to " + name(pinned_body, known->second) + " and " +
+               name(pinned_body, pin) + ", both pinned, " + shown(distance(x[known->second], x[pin])) + " m apart",
+           "one of both");
+  }
+  /// The length of a joint at the start, m.
+  double gap_of(const Joints& joints, std::size_t k) const {
+    const auto at = [&](std::size_t body, int point) {
+      const Vec3& x = mesh(body).points[point];
+      return Vector3<double>{x[0], x[1], x[2]};
+    };
+    Vector3<double> X[4] = {at(from_, joints.particles[k] - first_from_)};
+    for (int j = 1; j < joints.arity(); ++j) X[j] = at(to_, joints.particles[k + j] - first_to_);
+    if (!joints.to_surface) return norm(X[0] - X[1]);
+    double rest[3];
+    SurfaceAttachment::rest(X, 1, rest);
+    return rest[0];
   }
 
   const Scene& scene_;
@@ -230,6 +274,14 @@ std::vector<std::vector<int>> particles_at_places(const Model& model, DisjointSe
 }  // namespace
 
 bool has_closed_places(const Model& model) { return std::ranges::any_of(model.sets, is_hard_seam); }
+
+bool has_shared_places(const Model& model) {
+  std::vector<int> sewn;
+  for (const ConstraintSet& set : model.sets)
+    if (is_hard_seam(set)) sewn.insert(sewn.end(), set.particles.begin(), set.particles.end());
+  std::ranges::sort(sewn);
+  return std::ranges::adjacent_find(sewn) != sewn.end();
+}
 
 CompressedLists<int> closed_places(const Model& model) {
   CompressedLists<int> closed;
@@ -304,6 +356,23 @@ void note_fast_seams(Model& model) {
                           " m/s; give its seam more time, \"closing\" (s)");
 }
 
+/// Adds a note if a seam takes the length from edges: where particles beside each other are sewn to one place.
+void note_lost_edges(Model& model) {
+  DisjointSets places(model.count());
+  for (const ConstraintSet& set : model.sets)
+    for (std::size_t k = 0; is_hard_seam(set) && k < set.particles.size(); k += 2)
+      places.join(model.user_index[set.particles[k]], model.user_index[set.particles[k + 1]]);
+  std::set<Edge> lost;
+  for_each_face_side(model.render_mesh.faces, [&](int i, int j) {
+    if (places.root(i) == places.root(j)) lost.insert({std::min(i, j), std::max(i, j)});
+  });
+  if (!lost.empty())
+    model.notes.push_back(
+        "\"seams\": " + counted(std::ssize(lost), "edge", "edges") +
+        " whose two ends are sewn to one place, and which lose all of their length; sew a finer row " +
+        "to the \"surface\" of the other body");
+}
+
 /// Adds a note if the thickness is more than half of an edge at a seam: what is beside the seam has to keep it.
 void note_thickness_at_seams(Model& model) {
   std::vector<bool> is_sewn(model.x.size(), false);
@@ -326,7 +395,7 @@ void note_thickness_at_seams(Model& model) {
 
 void note_unlikely_seams(Model& model) {
   if (model.scene.seams.empty()) return;
-  note_fast_seams(model);
+  note_fast_seams(model), note_lost_edges(model);
   if (model.scene.self_collision) note_thickness_at_seams(model);
 }
 

@@ -21,7 +21,8 @@ struct Joints {
 };
 
 /// Finds the joints of all seams of the scene. `body_begin`: the first particle of each body. Throws InputError for an
-/// end without particles, for particles without a partner, and for bodies that tear or that differ in damping.
+/// end without particles, for particles without a partner, for pinned particles that are sewn together but apart, and
+/// for bodies that tear or that differ in damping.
 std::vector<Joints> find_joints(const Scene& scene, const std::vector<Body>& bodies,
                                 const std::vector<int>& body_begin);
 
@@ -42,6 +43,10 @@ CompressedLists<int> sewn_particles(const Model& model);
 /// Tells whether seams without compliance hold particles in one place.
 bool has_closed_places(const Model& model);
 
+/// Tells whether seams without compliance hold three particles or more in one place. The patches' solves, which close
+/// one pair after the other, leave such places open.
+bool has_shared_places(const Model& model);
+
 /// The particles at each place that seams without compliance hold; none without such seams.
 CompressedLists<int> closed_places(const Model& model);
 
@@ -51,8 +56,8 @@ std::vector<int> sewn_bodies(const Model& model);
 /// The time (s) from which on all seams are closed; 0 without seams.
 double time_of_closed_seams(const Model& model);
 
-/// Adds notes for seams that close fast, and for a thickness of self-collision at which a seam keeps its neighbourhood
-/// open.
+/// Adds notes for seams that close fast, for edges whose ends are sewn to one place, and for a thickness of
+/// self-collision at which a seam keeps its neighbourhood open.
 void note_unlikely_seams(Model& model);
 
 }  // namespace malha

@@ -21,8 +21,10 @@ bool corrects_angular_momentum(const SolverSpec& solver) {
 }
 
 bool can_change_angular_momentum(const Scene& scene, const BodySpec& body) {
+  const auto sews = [&](const SeamSpec& seam) { return seam.from.body == body.name || seam.to.body == body.name; };
   return corrects_angular_momentum(scene.solver) || scene.wind || scene.sleep || scene.self_collision ||
-         !scene.environment.empty() || can_tear(scene) || !body.pins.empty() || !body.attachments.empty();
+         !scene.environment.empty() || can_tear(scene) || !body.pins.empty() || !body.attachments.empty() ||
+         std::ranges::any_of(scene.seams, sews);
 }
 
 BodyRotation rotation_of(const std::vector<Vec3>& x, const std::vector<Vec3>& v, const std::vector<double>& m,

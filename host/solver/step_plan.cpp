@@ -68,7 +68,7 @@ StepFeatures step_features(const Model& model, bool levels) {
   has.batches = !model.sets.empty(), has.levels = levels;
   has.pressure = !model.pressures.empty(), has.long_range = model.long_range.items() > 0;
   has.attachments = !model.attached.empty(), has.attachments_change = std::ranges::any_of(model.attached, changes);
-  has.closed_seams = has_closed_places(model);
+  has.closed_seams = has_closed_places(model), has.shared_seams = has_shared_places(model);
   has.pins_move = !model.moved.empty();
   has.contacts = !model.environment.empty(), has.objects_move = std::ranges::any_of(model.environment, moves);
   has.edges = names_edges(scene), has.self_collision = scene.self_collision.has_value();
@@ -96,8 +96,8 @@ std::vector<Stage> list(std::initializer_list<std::pair<bool, Stage>> all) {
 /// compared over patch solves and not over the projections of an iteration.
 Stages stages_apart(const StepFeatures& has, const Interaction& now, bool compare_solves) {
   const bool wind_first = has.wind && (!has.filter || has.filtered_wind), wind_later = has.wind && !wind_first;
-  const bool opens_seams =
-      has.long_range || has.attachments || now.user_constraints || now.handles || has.self_collision || has.edges;
+  const bool opens_seams = has.long_range || has.attachments || now.user_constraints || now.handles ||
+                           has.self_collision || has.edges || has.shared_seams;
   const bool by_solve = has.free_bodies && compare_solves, by_projection = has.free_bodies && !compare_solves;
   return {list<Stage>({
               {has.pins_move, Stage::MovePins},

@@ -68,7 +68,7 @@ struct StepFeatures {
   bool batches = false;           // constraints that patch solves project
   bool levels = false;            // known when they are laid out
   bool pressure = false, long_range = false;
-  bool closed_seams = false;                             // without compliance
+  bool closed_seams = false, shared_seams = false;  // without compliance, and with places of three particles or more
   bool attachments = false, attachments_change = false;  // one moves, or is released
   bool pins_move = false;
   bool contacts = false, objects_move = false, edges = false, self_collision = false;

@@ -111,7 +111,11 @@ TEST(MomentumDrift, IsNotReportedWhereSomethingMayTakeMomenta) {
   wall.name = "wall", wall.shape = GridShape{{1, 1}, {1, 1}}, wall.sides = Sides::TwoSided;
   wall.transform.translate = {0, -2, 0};
   walled.environment = {wall};
-  for (const Scene& scene : {held, windy, asleep, walled}) EXPECT_TRUE(flown(scene).lines.empty());
+  Scene sewn = free;
+  sewn.bodies.push_back(free.bodies[0]);
+  sewn.bodies[1].name = "other";
+  sewn.seams = {{{sewn.bodies[0].name, {}}, {"other", {}}, {}, {{0, 0}}, 0, 0}};
+  for (const Scene& scene : {held, windy, asleep, walled, sewn}) EXPECT_TRUE(flown(scene).lines.empty());
 }
 
 TEST(MomentumDrift, IsReportedAtTheEndOfARunAndInItsReport) {

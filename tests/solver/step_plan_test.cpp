@@ -45,7 +45,7 @@ StepFeatures random_features(Random& random) {
   features.long_range = toss(), features.attachments = toss(), features.attachments_change = toss();
   features.pins_move = toss(), features.contacts = toss(), features.objects_move = toss(), features.edges = toss();
   features.self_collision = toss(), features.damping = toss(), features.wind = toss();
-  features.closed_seams = toss();
+  features.closed_seams = toss(), features.shared_seams = features.closed_seams && toss();
   features.free_bodies = toss(), features.host_ends_iterations = toss();
   return features;
 }
@@ -105,7 +105,7 @@ TEST(StepPlan, IsLegalWhateverASceneHasAndAUserDoes) {
       ASSERT_EQ(lists_stage(stages, Stage::CorrectCoarsely), features.levels);
     }
     const bool opens_seams = features.long_range || features.attachments || now.user_constraints || now.handles ||
-                             features.self_collision || features.edges;
+                             features.self_collision || features.edges || features.shared_seams;
     const std::pair<bool, I> projected[]{{features.pressure, I::ProjectPressures},
                                          {features.long_range, I::ProjectLongRange},
                                          {features.attachments, I::ProjectAttachments},
