@@ -185,8 +185,9 @@ struct Orthotropy {
   /// direction between the two, see host/model/material.h.
   std::optional<double> shear{};
   /// The direction of the modulus along, of any length, in the space of the rest shape before its transform. It is
-  /// projected into each triangle.
-  Vec3 along{1, 0, 0};
+  /// projected into each triangle. None: the x axis, or the first of the y axis, the z axis and (1, 1, 1) that is
+  /// perpendicular to no triangle.
+  std::optional<Vec3> along{};
 };
 
 /// One constraint kind on one body. `type` is a name of the registry (kernels/constraints/constraint_registry.h),

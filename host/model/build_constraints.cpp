@@ -276,27 +276,35 @@ class ConstraintBuilder {
   }
 
   /// The direction of an orthotropic material in the space of the rest positions, which the body's transform turns
-  /// unless its rest shape is one of its own.
-  /// Refuses one that leaves a triangle without a direction.
+  /// unless its rest shape is one of its own. Refuses one that leaves a triangle without a direction.
   Vec3 direction_along(std::size_t b, const Orthotropy& material, const std::string& place) const {
-    Mesh line;
-    line.points = {{0, 0, 0}, material.along};
-    if (!model_.scene.bodies[b].rest) apply(model_.scene.bodies[b].transform, line);
-    const Vec3 along = minus(line.points[1], line.points[0]);
-    const Mesh& mesh = bodies_[b].mesh;
+    const auto turned = [&](const Vec3& along) {
+      Mesh line;
+      line.points = {{0, 0, 0}, along};
+      if (!model_.scene.bodies[b].rest) apply(model_.scene.bodies[b].transform, line);
+      return minus(line.points[1], line.points[0]);
+    };
+    const std::vector<Triangle> all = triangles(bodies_[b].mesh);
     const RestShape shape = bodies_[b].shape();
-    for (const Triangle& t : triangles(mesh)) {
+    const auto is_across = [&](const Triangle& t, const Vec3& along) {
       Vec3 X[3];
       shape.corners(Element::Triangles, t.data(), X);
       const Vec3 n = normal(X[0], X[1], X[2]);
-      if (norm(cross(n, along)) > 1e-6 * norm(n) * norm(along) || !(norm(n) > 0)) continue;
-      const auto vertex = [&](int k) { return std::to_string(vertex_of(mesh.vertices, t[k])); };
-      refuse(model_.scene.file, place + "/along",
-             "a direction that is perpendicular to the triangle of the vertices " + vertex(0) + ", " + vertex(1) +
-                 " and " + vertex(2) + " (body '" + model_.scene.bodies[b].name + "')",
-             "a direction that is perpendicular to none; without 'along' it is the x axis of the mesh");
+      return norm(n) > 0 && norm(cross(n, along)) <= 1e-6 * norm(n) * norm(along);
+    };
+    const Triangle* across = nullptr;
+    for (const Vec3& axis : material.along ? std::vector<Vec3>{*material.along}
+                                           : std::vector<Vec3>{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 1, 1}}) {
+      const Vec3 along = turned(axis);
+      const auto found = std::ranges::find_if(all, [&](const Triangle& t) { return is_across(t, along); });
+      if (found == all.end()) return along;
+      across = &*found;
     }
-    return along;
+    const auto vertex = [&](int k) { return std::to_string(vertex_of(bodies_[b].mesh.vertices, (*across)[k])); };
+    refuse(model_.scene.file, place + "/along",
+           "a direction that is perpendicular to the triangle of the vertices " + vertex(0) + ", " + vertex(1) +
+               " and " + vertex(2) + " (body '" + model_.scene.bodies[b].name + "')",
+           "a direction that is perpendicular to none");
   }
 
   template <class Kind>

@@ -295,7 +295,8 @@ std::optional<Orthotropic> orthotropic_of(const ConstraintSpec& spec) {
   const double first = spec.rigidity ? *spec.rigidity : spec.young_modulus.value(), mean = std::sqrt(first * across);
   const double nu = spec.parameter * std::sqrt(across / first);
   const double huber = spec.rigidity ? mean * (1 - nu) / 2 : mean / (2 * (1 + nu));
-  return Orthotropic{spec.parameter, across / first, shear.value_or(huber) / first, {along[0], along[1], along[2]}};
+  const Vec3 x = along.value_or(Vec3{1, 0, 0});
+  return Orthotropic{spec.parameter, across / first, shear.value_or(huber) / first, {x[0], x[1], x[2]}};
 }
 
 double rigidity_across(const RestShape& shape, const std::array<int, 4>& hinge, const Orthotropic& material) {

@@ -97,7 +97,7 @@ void check_single_modulus(const JsonReader& at, const ConstraintSchema& kind) {
 
 void check_orthotropy(const JsonReader& at, const ConstraintSchema& kind, const ConstraintSpec& spec) {
   const auto& [across, shear, along] = *spec.orthotropy;
-  if (along == Vec3{0, 0, 0}) at.at("along").refuse_value("a direction that is not 0");
+  if (along && *along == Vec3{0, 0, 0}) at.at("along").refuse_value("a direction that is not 0");
   // The ratio the other way is that times across / along; the material is stable where their product is below 1.
   const double first = spec.rigidity ? *spec.rigidity : spec.young_modulus.value();
   const double most = kind.parameter_max * std::sqrt(first / across);

@@ -11,7 +11,9 @@
 #include <string>
 
 #include "host/measure/measure.h"
+#include "host/mesh/generate.h"
 #include "host/model/coarsening_graph.h"
+#include "malha/fabrics.h"
 #include "malha/simulation.h"
 #include "tests/constraints/cantilever.h"
 #include "tests/constraints/uneven_sheet.h"
@@ -179,7 +181,7 @@ constexpr double kD2 = 0.2, kD66 = 0.12, kNuOfPlate = 0.5;  // over D_1
 ConstraintSpec woven_plate(double D1, double angle) {
   ConstraintSpec spec = stiff("plate", {}, 1, kNuOfPlate);
   spec.rigidity = D1;
-  spec.orthotropy = Orthotropy{kD2 * D1, kD66 * D1, {std::cos(angle), 0, std::sin(angle)}};
+  spec.orthotropy = Orthotropy{kD2 * D1, kD66 * D1, Vec3{std::cos(angle), 0, std::sin(angle)}};
   return spec;
 }
 double rigidity_at(double angle) {
@@ -229,7 +231,8 @@ TEST_P(WovenCantilever, SagsByTheRigidityOfItsDirection) {
       MeshFile{folder.write("strip.obj", irregular_obj(W, L, 6, 12, 0.25, 7, 2, Diagonals::Delaunay))}, W, L, 6, 12};
   ConstraintSpec plate = stiff("plate", {}, 1, 0);  // the strip runs along z
   plate.rigidity = degrees == 0 ? D : 5 * D;
-  plate.orthotropy = Orthotropy{degrees == 0 ? 5 * D : D, D, {degrees == 0 ? 0.0 : 1.0, 0, degrees == 0 ? 1.0 : 0.0}};
+  plate.orthotropy =
+      Orthotropy{degrees == 0 ? 5 * D : D, D, Vec3{degrees == 0 ? 0.0 : 1.0, 0, degrees == 0 ? 1.0 : 0.0}};
   const double shows = sag_of(strip, plate, D, method);
   std::printf("%s, %d degrees: sags %.1f %% too far\n", method, degrees, 100 * (shows / sag - 1));
   EXPECT_NEAR(shows / sag, 1, 0.07);
@@ -252,7 +255,7 @@ double filtered_tip(double D_along, double D_across, bool two) {
   body.pins = {held};
   ConstraintSpec plate = stiff("plate", {}, 1, 0);
   plate.rigidity = D_along;
-  if (two) plate.orthotropy = Orthotropy{D_across, std::sqrt(D_along * D_across) / 2, {0, 0, 1}};
+  if (two) plate.orthotropy = Orthotropy{D_across, std::sqrt(D_along * D_across) / 2, Vec3{0, 0, 1}};
   body.constraints = {membrane(2000, 0.3), plate};
   Scene scene = scene_of({body}, kEarth, 1.0 / 60, 20);
   scene.solver.bending = BendingMethod::Filtered;
@@ -314,6 +317,25 @@ TEST(Orthotropy, TurnsWithTheBody) {
   for (const auto& [by_x, by_z] : {std::pair{0.1, 0.0}, {0.0, 0.1}, {0.1, -0.1}})
     EXPECT_NEAR(stretched(turned, by_x, by_z) / stretched({}, by_x, by_z), 1, 1e-12);
   EXPECT_GT(stretched({}, 0.1, 0), 2 * stretched({}, 0, 0.1));
+}
+
+TEST(Orthotropy, OfNoDirectionTakesOneThatAllTrianglesHave) {
+  Scene upright = woven_scene({0, 1, 0}, {});  // a sheet of y and z
+  Mesh sheet = make_mesh(upright.bodies[0].shape);
+  for (Vec3& x : sheet.points) std::swap(x[0], x[1]);
+  upright.bodies[0].shape = MeshDataShape{sheet.points, sheet.faces, {}, {}};
+  Scene without = upright;
+  without.bodies[0].constraints[0].orthotropy->along.reset();
+  const Model given = build_model(upright), found = build_model(without);
+  for (const double stretch : {1.0, 1.1}) {
+    std::vector<Vec3> x = given.x;
+    for (Vec3& at : x) at[1] *= stretch;
+    EXPECT_EQ(orthotropic_energy(found, x), orthotropic_energy(given, x)) << stretch;
+  }
+  BodySpec box;
+  box.name = "box", box.shape = BoxShape{{1, 1, 1}, {{3, 3, 3}}};
+  apply_material(box, "gray interlock");
+  EXPECT_NO_THROW(build_model(scene_of({box}, {0, 0, 0}, 1.0 / 60))) << "whose faces have all three normals";
 }
 
 TEST(Orthotropy, RefusesADirectionThatATriangleDoesNotHave) {

@@ -30,7 +30,7 @@ std::optional<Orthotropic> some_orthotropic() {
 }
 template <class Kind>
 std::optional<Orthotropy> some_orthotropy(double Y) {
-  if constexpr (is_orthotropic<Kind>()) return Orthotropy{0.4 * Y, 0.15 * Y, {0.6, 0.9, 0.3}};
+  if constexpr (is_orthotropic<Kind>()) return Orthotropy{0.4 * Y, 0.15 * Y, Vec3{0.6, 0.9, 0.3}};
   return {};
 }
 
