@@ -190,9 +190,9 @@ std::unique_ptr<AnimationSource> read_point_cache(const std::string& file, doubl
   std::memcpy(points.data(), mapped.bytes().data() + sizeof header, points.size() * sizeof(Point));
   for (std::size_t i = 0; i < points.size(); ++i)
     for (const float number : points[i])
-      if (!std::isfinite(number))
+      if (!(std::abs(number) <= 1e18f))
         refuse(file, "frame " + std::to_string(i / vertices),
-               "vertex " + std::to_string(i % vertices) + " at a place that is not finite", "finite numbers");
+               shown(number) + " at vertex " + std::to_string(i % vertices), "numbers up to 1e18");
   return std::make_unique<FrameSource>(vertices, std::move(points),
                                        static_cast<double>(header.frames_per_sample) / frames_per_second);
 }

@@ -100,7 +100,9 @@ TEST_F(PointCache, IsRefusedWhereItIsNone) {
   EXPECT_EQ(refused(changed(28, 0)), other + ": byte 28: found 0 samples; allowed: one or more");
   EXPECT_EQ(refused(changed(28, 2000000000)).find(other + ": found 140 bytes; allowed: 72000000032 for"), 0u);
   EXPECT_EQ(refused(changed(32 + 36 + 12, std::numeric_limits<float>::infinity())),
-            other + ": frame 1: found vertex 1 at a place that is not finite; allowed: finite numbers");
+            other + ": frame 1: found inf at vertex 1; allowed: numbers up to 1e18");
+  EXPECT_EQ(refused(changed(32 + 36 + 12, 1e30f)),
+            other + ": frame 1: found 1e+30 at vertex 1; allowed: numbers up to 1e18");
   EXPECT_EQ(refused(folder_.write("none.pc2", "")),
             (folder_ / "none.pc2").string() + ": byte 0: found no header of a point cache; allowed: POINTCACHE2");
   EXPECT_EQ(refused((folder_ / "missing.pc2").string()),

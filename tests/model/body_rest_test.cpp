@@ -530,6 +530,8 @@ TEST(BodyRestRefusals, CornersWithoutTextureCoordinates) {
   EXPECT_TRUE(has(with("f 1/1 2/2 3/3\nf 2/2 4/5 3/3\n"), "found texture coordinates 5; allowed: 1 to 4"));
   EXPECT_TRUE(has(with("f 1/1 2/0 3/3\n"), "line 9, column")) << with("f 1/1 2/0 3/3\n");
   EXPECT_TRUE(has(with("f 1/1 2/2 3/3\nl 3 4\n"), "texture coordinates for lines"));
+  body.shape = MeshFile{folder.write("bare.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")};
+  EXPECT_TRUE(has(refused(body), "bare.obj: found no texture coordinates")) << refused(body);
   body.shape = MeshFile{folder.write("sheet.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n")};
   EXPECT_TRUE(has(refused(body), "texture coordinates of a file with the extension \".off\"")) << refused(body);
 }

@@ -76,6 +76,8 @@ class ObjReader {
     if (number.empty()) return -1;
     long long index = 0;
     const auto count = static_cast<long long>(texture_->points.size());
+    if (count == 0)
+      refuse(file_, "", "no texture coordinates", "a file with \"vt\" lines, and a number of one at each corner");
     if (!to_integer(number, index) || index == 0 || index < -count)
       scan_.refuse_word(text, "a corner with texture coordinates, such as 7/1, of numbers from 1 on, or from -" +
                                   std::to_string(count) + " to -1");
