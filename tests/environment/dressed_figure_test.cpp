@@ -5,10 +5,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <iostream>
 #include <random>
 
 #include "host/attachments/object_motion.h"
+#include "host/base/build_info.h"
 #include "host/mesh/bounding_box.h"
 #include "host/model/model.h"
 #include "malha/simulation.h"
@@ -78,6 +80,7 @@ Worn wear(double speed, unsigned seed, int steps) {
   std::mt19937 random(seed);
   Scene scene = walking_figure(speed, std::uniform_real_distribution<double>(0, 1.1)(random));
   scene.bodies = {random_garment(random)};
+  scene.solver.substeps = 40;  // a limb at 16 times the walk moves by half an edge in a tenth of a step
   Simulation simulation(scene, {.threads = 1});
   Worn worn;
   for (int step = 1; step <= steps; ++step) {
@@ -91,8 +94,9 @@ Worn wear(double speed, unsigned seed, int steps) {
 
 TEST(DressedFigure, NoParticleOfAGarmentIsEverInsideAFigureThatWalksAtAnySpeed) {
   for (const double speed : {1.0, 4.0, 16.0}) {
-    const Worn worn = wear(speed, 3 + static_cast<unsigned>(speed), 60);
+    const Worn worn = wear(speed, 3 + static_cast<unsigned>(speed), 40);
     EXPECT_EQ(worn.inside, 0) << speed;
+    EXPECT_LT(worn.strain, 0.3) << speed;
   }
 }
 
@@ -109,6 +113,37 @@ TEST(DressedFigure, DISABLED_ThousandsOfGarmentsAndPoses) {
                 << std::endl;
   }
   EXPECT_EQ(inside, 0);
+  EXPECT_EQ(stretched, 0);
+}
+
+TEST(DressedFigure, TheSampleManWalksInTheShippedCape) {
+  // Khronos's CesiumMan, which is not shipped; the cape is cut smaller and hangs from his neck.
+  const std::string man = MALHA_SOURCE_DIR "/../shared/data/animated/CesiumMan.glb";
+  if (!has_gltf() || !std::filesystem::exists(man)) GTEST_SKIP();
+  Scene scene = walking_figure(1, 0);
+  scene.environment[0].name = "man", scene.environment[0].shape = MeshFile{man, {}};
+  scene.environment[0].animation->clip = 0;
+  BodySpec cape;
+  cape.name = "cape", cape.shape = MeshFile{MALHA_SOURCE_DIR "/scenes/meshes/cape.obj", {}};
+  cape.rest = RestUv{0.9}, cape.density = 0.2, cape.damping = 0.01;
+  cape.transform.scale = {0.9, 0.9, 0.9}, cape.transform.translate = {-0.028, -0.262, 0.04};
+  ConstraintSpec stretch, bend;
+  stretch.type = "distance", stretch.elements = {"edges"};
+  bend.type = "plate", bend.parameter = 0, bend.rigidity = 1e-5;
+  cape.constraints = {stretch, bend};
+  Attachment neck;
+  neck.at = BoxPin{{-1, 1.114, -1}, {1, 1.13, 1}}, neck.environment = "man", neck.compliance = 1e-5;
+  cape.attachments = {neck};
+  scene.bodies = {cape};
+  scene.self_collision.emplace().thickness = 0.003;
+  Simulation simulation(scene, {.threads = 1});
+  for (int step = 1; step <= 60; ++step) {
+    simulation.step();
+    if (step % 10 != 0) continue;
+    ASSERT_EQ(particles_inside_figure(simulation), 0) << step;
+    ASSERT_EQ(simulation.measure().crossings, 0) << step;
+  }
+  EXPECT_GT(simulation.measure().contacts, 50) << "it rests on his shoulders and arms";
 }
 
 TEST(DressedFigure, HasTheSameBitsOnAnyNumberOfThreadsAndAfterResuming) {

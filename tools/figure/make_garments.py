@@ -5,8 +5,9 @@
 usage: make_garments.py FOLDER [EDGE]
 
 EDGE is the length of an edge in m (default 0.02). Both garments are cut from flat cloth: a sector of a ring, which the
-texture coordinates hold in metres ("rest": {"uv": 1}). The skirt starts as a tube around the figure that stands, with a
-seam at the back; the cape as a cone that is open in front. Triangles are irregular: the diagonals alternate, and the
+texture coordinates hold in metres ("rest": {"uv": 1}). The skirt starts around the figure that stands, with a slit at
+the back from the waist to the hem; its two sides are the first and the last vertex of each row, which a scene's "seams"
+sew together. The cape starts as a cone that is open in front. Triangles are irregular: the diagonals alternate, and the
 inner vertices are moved by up to a fifth of an edge, the same way in the pattern and around the figure.
 """
 
@@ -16,15 +17,14 @@ import sys
 import numpy as np
 
 
-def jitter(rows, columns, rng, closed):
+SLIT = 0.0005, 0.04  # m, its width at the waist and at the hem
+
+
+def jitter(rows, columns, rng):
     """Offsets of the vertices in units of a cell, zero at the rims."""
     off = rng.uniform(-0.2, 0.2, (rows, columns, 2))
     off[0] = off[-1] = 0
-    if closed:
-        off[:, -1] = off[:, 0]
-        off[:, (0, -1), 1] = 0
-    else:
-        off[:, (0, -1)] = 0
+    off[:, (0, -1)] = 0
     return off
 
 
@@ -71,11 +71,12 @@ def skirt(folder, edge, rng):
     angle = (hem - waist) / length
     inner = waist / angle
     rows, columns = round(length / edge) + 1, round((waist + hem) / 2 / edge) + 1
-    texture, slope, turn = sector(inner, length, angle, rows, columns, jitter(rows, columns, rng, True))
+    texture, slope, turn = sector(inner, length, angle, rows, columns, jitter(rows, columns, rng))
     points = []
     for r in range(rows):
-        for c in range(columns - 1):
-            around = (inner + slope[r, c]) * angle  # m, at this height; the ellipse has the same
+        for c in range(columns):
+            open_by = SLIT[0] + (SLIT[1] - SLIT[0]) * slope[r, c] / length
+            around = (inner + slope[r, c]) * angle + open_by  # m, at this height; the ellipse has the same
             a = around * 0.185
             b = a  # found below
             low, high = 0.02, around
@@ -83,11 +84,11 @@ def skirt(folder, edge, rng):
                 b = (low + high) / 2
                 low, high = (b, high) if ellipse(a, b, 400)[0][-1] < around else (low, b)
             s, x, z = ellipse(a, b)
-            at = (turn[r, c] / angle + 0.5) * s[-1]
+            at = open_by / 2 + (turn[r, c] / angle + 0.5) * (s[-1] - open_by)
             # The slope of a cone: as far down as the pattern's length allows beside its widening.
             down = slope[r, c] * np.sqrt(1 - (angle / (2 * np.pi)) ** 2)
             points.append((np.interp(at, s, x), 1.075 - down, np.interp(at, s, z)))
-    vertex = lambda r, c: r * (columns - 1) + c % (columns - 1)
+    vertex = lambda r, c: r * columns + c
     write(os.path.join(folder, "skirt.obj"), "Skirt", points, texture.reshape(-1, 2),
           triangles(rows, columns, vertex), columns)
     return len(points)
@@ -97,7 +98,7 @@ def cape(folder, edge, rng):
     inner, length, angle, half = 0.09, 0.66, 1.35 * np.pi, np.radians(78)  # m; half the opening of the cone at the start
     rows = round(length / edge) + 1
     columns = round((inner + length / 2) * angle / edge) + 1
-    texture, slope, turn = sector(inner, length, angle, rows, columns, jitter(rows, columns, rng, False))
+    texture, slope, turn = sector(inner, length, angle, rows, columns, jitter(rows, columns, rng))
     around = turn / np.sin(half)  # the cone's angle, 0 at the back
     radius = (inner + slope) * np.sin(half)
     points = np.stack([radius * np.sin(around), 1.55 - (inner + slope) * np.cos(half), -radius * np.cos(around)], -1)
