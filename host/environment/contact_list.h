@@ -6,7 +6,7 @@
 #include "host/base/radix_sort.h"
 #include "host/base/scratch_buffer.h"
 #include "host/model/model.h"
-#include "kernels/environment/edge_detection.h"
+#include "kernels/environment/deforming_edge.h"
 
 namespace malha {
 
@@ -22,8 +22,9 @@ class ContactList {
 
   /// Builds the contacts of `candidates` candidates. `object`: of each point; `params`: of each object; `sums`: scratch
   /// memory for prefix sums.
-  void build(const EvaluateCandidate<R>& evaluate, int candidates, const EdgeContactParams<R>* params,
-             const int* object, ScratchBuffer<Executor, int>& sums) {
+  template <class Evaluate>
+  void build(Evaluate evaluate, int candidates, const EdgeContactParams<R>* params, const int* object,
+             ScratchBuffer<Executor, int>& sums) {
     found_ = 0;
     if (candidates == 0) return;
     int* const offset = flags_.at_least(static_cast<std::size_t>(candidates));
@@ -33,8 +34,9 @@ class ContactList {
     const auto count = static_cast<std::size_t>(found_);
     contacts_.at_least(count), active_.at_least(count), impulses_.at_least(count);
     int* const ends = end_offsets_.at_least(count);
-    const BuildEdgeContacts<R> build{evaluate, params,     object,           offset, candidates,
-                                     found_,   particles_, contacts_.data(), ends};
+    if constexpr (requires { evaluate.carry; }) evaluate.carry = carries_.at_least(count);
+    const BuildEdgeContacts<R, Evaluate> build{evaluate, params,     object,           offset, candidates,
+                                               found_,   particles_, contacts_.data(), ends};
     parallel_for(executor_, candidates, build, kGrain);
     const int all = running_sum(executor_, ends, found_, sums);
     parallel_for(executor_, found_, ListContactEnds<R>{contacts_.data(), ends, particles_, ends_.items(all)}, kGrain);
@@ -55,7 +57,8 @@ class ContactList {
 
   /// One projection of all contacts. `moved`: displacements of the particles; their w is scratch memory for mass
   /// splitting; `w`: 1/kg; `friction` of a contact; `rotation` of impulses to the frame of p.
-  void project(const Displaced<R>& p, const R* w, const ScatteredPoints<R>& moved, const ObjectFriction<R>& friction,
+  template <class Friction>
+  void project(const Displaced<R>& p, const R* w, const ScatteredPoints<R>& moved, const Friction& friction,
                const TurnToWorld& rotation) {
     ContactImpulse<R>* const impulses = impulses_.data();
     const int* const begin = ends_.begin();
@@ -68,8 +71,8 @@ class ContactList {
       parallel_for(executor_, found_, RefineMassShares<R>{moved, contacts_.data(), impulses}, kGrain);
       split();
     }
-    parallel_for(executor_, found_,
-                 SolveContactsJacobi<R, ObjectFriction<R>>{moved, contacts_.data(), friction, impulses}, kGrain);
+    parallel_for(executor_, found_, SolveContactsJacobi<R, Friction>{moved, contacts_.data(), friction, impulses},
+                 kGrain);
     parallel_for(executor_, particles_, ApplyImpulses<R, TurnToWorld>{p, w, ends_.sorted(), begin, impulses, rotation},
                  kGrain);
   }
@@ -87,8 +90,22 @@ class ContactList {
                    TruncateParticles<R, SetFromLocal<R>>{planes, offset, to_rest, contacts_.data(), ends_.sorted(),
                                                          ends_.begin(), active_.data(), w, truncated_.data()},
                    kGrain);
-    Memory<Executor>::fill(truncated_.data(), truncated_.size(), static_cast<unsigned char>(0));
+    end_guard();
   }
+
+  /// Moves the particles of violating contacts with a mesh that deforms in front of the planes of all of their contacts
+  /// (ProjectOntoPlanes). Returns how many moved.
+  double project_onto_planes(const DivisionPlanes<R>& planes, const SetFromLocal<R>& set_position, GuardStart start,
+                             const R* w) {
+    const ProjectOntoPlanes<R, SetFromLocal<R>> project{
+        planes,        set_position,   start, contacts_.data(), ends_.sorted(),
+        ends_.begin(), active_.data(), w,     truncated_.data()};
+    return parallel_reduce<Sum>(executor_, particles_, project, kGrain).value;
+  }
+  /// Ends the guard, in whose rounds particles that go with the mesh stay there.
+  void end_guard() { Memory<Executor>::fill(truncated_.data(), truncated_.size(), static_cast<unsigned char>(0)); }
+  /// How far the surface carries what sticks to it, of each contact with a mesh that deforms.
+  const Vector3<R>* carries() const { return carries_.data(); }
 
   int found() const { return found_; }
   /// Number of contacts that pushed in the last substep.
@@ -102,7 +119,7 @@ class ContactList {
 
   std::size_t bytes() const {
     return truncated_.bytes() + flags_.bytes() + end_offsets_.bytes() + contacts_.bytes() + active_.bytes() +
-           impulses_.bytes() + ends_.bytes();
+           impulses_.bytes() + carries_.bytes() + ends_.bytes();
   }
 
  private:
@@ -118,6 +135,7 @@ class ContactList {
   ScratchBuffer<Executor, EdgeContact<R>> contacts_;
   ScratchBuffer<Executor, unsigned char> active_;
   ScratchBuffer<Executor, ContactImpulse<R>> impulses_;
+  ScratchBuffer<Executor, Vector3<R>> carries_;  // empty for rigid objects
   Sorter<Executor> ends_;
 };
 

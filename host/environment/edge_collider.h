@@ -2,10 +2,12 @@
 // Collider of deformable bodies with edges and corners of the environment. Made only for scenes with objects that name
 // "edges".
 #pragma once
+#include <algorithm>
 #include <array>
 #include <deque>
 #include <vector>
 
+#include "host/attachments/object_motion.h"
 #include "host/environment/edge_group.h"
 #include "host/model/self_surface.h"
 
@@ -19,6 +21,10 @@ class EdgeCollider {
     std::vector<std::vector<const EnvironmentMesh*>> groups;
     for (const EnvironmentMesh& mesh : model.environment) {
       if (!mesh.spec.edges) continue;
+      if (deforms(mesh)) {
+        deforming_.emplace_back(executor, model, bodies.simplices, std::vector<const EnvironmentMesh*>{&mesh});
+        continue;
+      }
       const bool rests = mesh.spec.motion.empty();
       const auto same = std::find_if(groups.begin(), groups.end(),
                                      [&](const auto& group) { return rests && group[0]->spec.motion.empty(); });
@@ -31,10 +37,10 @@ class EdgeCollider {
   }
 
   void detect_contacts(const Particles<R>& particles, double start, double end) {
-    for (auto& group : groups_) group.detect_contacts(particles, x0_.points(), start, end);
+    for_each([&](auto& group) { group.detect_contacts(particles, x0_.points(), start, end); });
   }
   void solve_contacts(const Particles<R>& particles) {
-    for (auto& group : groups_) group.solve_contacts(particles);
+    for_each([&](auto& group) { group.solve_contacts(particles); });
   }
 
   /// Final guard: no primitives intersect afterwards. `can_project`: contacts may be projected before displacements are
@@ -43,23 +49,30 @@ class EdgeCollider {
     bool any = false;
     for (int round = 0; round < kRounds; ++round) {
       bool moved = false;
-      for (marks.number = 0; marks.number < groups(); ++marks.number)
-        moved = groups_[marks.number].resolve_intersections(particles, can_project && round == 0, marks) || moved;
+      marks.number = 0;
+      for_each([&]<bool kDeforms>(EdgeGroup<Executor, R, kDeforms>& group) {
+        // No motion of a mesh that deforms is rigid: what it moves has no owner.
+        if (kDeforms) marks.number = kNoOwner;
+        moved = group.resolve_intersections(particles, can_project && round == 0, marks) || moved;
+        ++marks.number;
+      });
       any = any || moved;
-      if (!moved || (groups_.size() == 1 && round == 0)) break;
+      if (!moved || (groups() == 1 && round == 0)) break;
     }
     return any;
   }
 
-  /// Appends the motion of each group in this substep.
+  /// Appends the motion of each group of rigid objects in this substep.
   void append_motion(std::vector<Pose>& motion) const {
     for (const auto& group : groups_) motion.push_back(group.motion());
   }
+  /// Number of these groups.
+  int rigid_groups() const { return static_cast<int>(groups_.size()); }
 
   /// Lets particles that are nearer than the minimum distance now keep their distance until they move away by
   /// themselves.
   void keep_overlaps() {
-    for (auto& group : groups_) group.keep_overlaps();
+    for_each([](auto& group) { group.keep_overlaps(); });
   }
 
   /// Stores the positions from which the next substep starts.
@@ -69,18 +82,18 @@ class EdgeCollider {
 
   int contacts() const {
     int sum = 0;
-    for (const auto& group : groups_) sum += group.contacts();
+    for_each([&](const auto& group) { sum += group.contacts(); });
     return sum;
   }
   EdgeStats facts() const {
     EdgeStats sum;
-    for (const auto& group : groups_) sum += group.facts();
+    for_each([&](const auto& group) { sum += group.facts(); });
     sum.bytes = bytes();
     return sum;
   }
   std::size_t bytes() const {
     std::size_t sum = x0_.bytes();
-    for (const auto& group : groups_) sum += group.bytes();
+    for_each([&](const auto& group) { sum += group.bytes(); });
     return sum;
   }
 
@@ -88,21 +101,41 @@ class EdgeCollider {
   EdgeMemory<R> save_state() const {
     EdgeMemory<R> memory;
     memory.x0 = x0_.template download<std::array<R, 3>>();
-    for (const auto& group : groups_) group.save(memory);
+    for_each([&](const auto& group) { group.save(memory); });
     return memory;
   }
   void restore_state(const EdgeMemory<R>& memory) {
     x0_.upload(memory.x0);
-    for (std::size_t g = 0; g < groups_.size(); ++g) groups_[g].restore_state(memory, g);
+    std::size_t g = 0;
+    for_each([&](auto& group) { group.restore_state(memory, g++); });
   }
-  int groups() const { return static_cast<int>(groups_.size()); }
+  int groups() const { return static_cast<int>(groups_.size() + deforming_.size()); }
+  /// Largest number of particles in any substep so far whose pairs with a deforming mesh were left out.
+  int most_left_out() const {
+    int most = 0;
+    for (const auto& group : deforming_) most = std::max(most, group.most_left_out());
+    return most;
+  }
 
  private:
   static constexpr int kRounds = 8;  // of the groups in turn, where they jam a body between them
 
+  /// Calls work(group) for all groups: first those of rigid objects, then the meshes that deform, one a group.
+  template <class Work>
+  void for_each(const Work& work) {
+    for (auto& group : groups_) work(group);
+    for (auto& group : deforming_) work(group);
+  }
+  template <class Work>
+  void for_each(const Work& work) const {
+    for (const auto& group : groups_) work(group);
+    for (const auto& group : deforming_) work(group);
+  }
+
   Executor executor_;
   ScatteredArray<Executor, R> x0_;
   std::deque<EdgeGroup<Executor, R>> groups_;
+  std::deque<EdgeGroup<Executor, R, true>> deforming_;
 };
 
 }  // namespace malha

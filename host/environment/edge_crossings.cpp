@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "host/attachments/pose.h"
+#include "host/attachments/object_motion.h"
 #include "host/mesh/topology.h"
 #include "host/model/box_tree.h"
 #include "host/model/edge_triangle_intersection.h"
@@ -57,13 +57,8 @@ void for_each_crossing(const Model& model, const std::vector<Vec3>& user, double
   for (std::size_t e = 0; e < model.environment.size(); ++e) {
     const EnvironmentMesh& object = model.environment[e];
     if (!object.spec.edges) continue;
-    const Pose pose = pose_at(object.spec.motion, time);
-    std::vector<Vec3> places;
-    for (const Vec3& x : object.mesh.points) {
-      const Vector3<double> at = to_world(pose, {x[0], x[1], x[2]});
-      places.push_back({at.x, at.y, at.z});
-    }
-    const Surfaces rigid = surfaces_of(object.mesh, places);
+    const std::vector<Vec3> places = points_at(object, time);
+    const Surfaces surface = surfaces_of(object.mesh, places);
     const BoundingBox around = bounds_of(places);
     for (std::size_t b = 0; b + 1 < render_mesh.body_begin.size(); ++b) {
       const Mesh mesh = body_mesh(render_mesh, b);
@@ -71,7 +66,7 @@ void for_each_crossing(const Model& model, const std::vector<Vec3>& user, double
       if (!overlap(bounds_of(x), around)) continue;
       const Surfaces soft = surfaces_of(mesh, x);
       Edge edge{-1, -1}, unused{-1, -1};
-      const std::int64_t count = count_through(soft, rigid, edge) + count_through(rigid, soft, unused);
+      const std::int64_t count = count_through(soft, surface, edge) + count_through(surface, soft, unused);
       if (count > 0) found(e, b, count, edge);
     }
   }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <span>
 
+#include "host/attachments/object_motion.h"
 #include "host/mesh/bounding_box.h"
 #include "host/mesh/edge_sides.h"
 #include "host/mesh/topology.h"
@@ -20,7 +21,9 @@ constexpr double kFlat = 1e-7;
 /// Finds the edges and corners of an object that can touch.
 class Features {
  public:
-  Features(const Mesh& mesh, Sides sides, int first, EdgeSurface& to) : mesh_(mesh), sides_(sides), to_(to) {
+  /// `all`: every one of them can.
+  Features(const Mesh& mesh, Sides sides, bool all, int first, EdgeSurface& to)
+      : mesh_(mesh), sides_(sides), all_(all), to_(to) {
     begin_ = to.triangles.size();
     for (const Triangle& t : triangles(mesh)) to.triangles.push_back({{t[0], t[1], t[2]}, 1 << 6});
     sharp_.assign(mesh.points.size(), 0), rim_.assign(mesh.points.size(), 0);
@@ -38,7 +41,7 @@ class Features {
     };
     for_each_edge(sorted_sides(mesh_.points.size(), visit), [&](auto first, auto last) {
       const bool two = last - first == 2;
-      if (two && !can_touch(first[0], first[1])) return;
+      if (two && !all_ && !can_touch(first[0], first[1])) return;
       to_.triangles[begin_ + first->number / 3].has |= 1 << (3 + first->number % 3);
       ++to_.edges;
       for (const int i : {first->low, first->high}) ++sharp_[i], rim_[i] = rim_[i] || !two;
@@ -68,7 +71,7 @@ class Features {
     for (std::size_t t = begin_; t < to_.triangles.size(); ++t)
       for (int k = 0; k < 3; ++k) {
         const int i = to_.triangles[t].corner[k];
-        if (is_owned[i] || !(rim_[i] || sharp_[i] >= 3)) continue;
+        if (is_owned[i] || !(all_ || rim_[i] || sharp_[i] >= 3)) continue;
         is_owned[i] = true;
         to_.triangles[t].has |= 1 << k;
         ++to_.corners;
@@ -77,6 +80,7 @@ class Features {
 
   const Mesh& mesh_;
   Sides sides_;
+  bool all_;
   EdgeSurface& to_;
   std::size_t begin_ = 0;
   std::vector<int> sharp_;
@@ -142,7 +146,7 @@ EdgeSurface edge_surface(const std::vector<const EnvironmentMesh*>& objects) {
   EdgeSurface surface;
   for (std::size_t o = 0; o < objects.size(); ++o) {
     const Mesh& mesh = objects[o]->mesh;
-    Features(mesh, objects[o]->spec.sides, static_cast<int>(surface.points.size()), surface);
+    Features(mesh, objects[o]->spec.sides, deforms(*objects[o]), static_cast<int>(surface.points.size()), surface);
     surface.points.insert(surface.points.end(), mesh.points.begin(), mesh.points.end());
     surface.object.resize(surface.points.size(), static_cast<int>(o));
   }

@@ -129,7 +129,9 @@ struct Simulation::Parts {
       return std::ranges::any_of(body.attachments,
                                  [&object](const Attachment& one) { return one.environment == object.name; });
     };
-    const auto rests_with_edges = [](const EnvironmentSpec& one) { return one.edges && one.motion.empty(); };
+    const auto rests_with_edges = [](const EnvironmentSpec& one) {
+      return one.edges && one.motion.empty() && !one.animation;
+    };
     return std::ranges::any_of(model().scene.bodies, is_attached) ||
            (object.edges && std::ranges::count_if(model().scene.environment, rests_with_edges) > 1);
   }

@@ -135,9 +135,6 @@ EnvironmentSpec read_environment(const JsonReader& at, const std::string& folder
   object.thickness = 0;  // the default, see EnvironmentSpec
   at.object(fields_of(object, folder));
   if (is_exact(object.shape)) check_exact(at, object);
-  if (object.edges && object.animation)
-    at.at("edges").refuse("'edges' beside 'animation'",
-                          "one of both: edges and corners are found in a mesh that does not deform");
   if (at.has("start_inside") && object.sides != Sides::Solid)
     at.at("start_inside").refuse("'start_inside' of a sheet, which has no inside", "\"sides\": \"solid\" beside it");
   return object;

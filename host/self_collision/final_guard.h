@@ -30,7 +30,7 @@ void apply_final_guards(Self& self, Edges& edges, Colliders& collider, Kinematic
   const auto marks_from = [&](KinematicOwner first) {
     return kinematic ? kinematic->marks_from(first) : KinematicMarks<R>{};
   };
-  const KinematicOwner first_mesh = edges ? edges->groups() : 0;
+  const KinematicOwner first_mesh = edges ? edges->rigid_groups() : 0;
   bool moved = false, any_moved_with_mesh = false;
   if (self) timed(Pass::SelfCollision, [&] { moved = self->resolve_intersections(all, has_environment_contacts); });
   if (kinematic && (moved || edges)) kinematic->start(all);

@@ -222,7 +222,10 @@ class TimeStepper : public Solver {
       m.max_pinched = collider_->most_pinched();
     }
     if (self_) m.self_contacts = self_->contacts();
-    if (edges_) m.edge_contacts = edges_->contacts();
+    if (edges_) {
+      m.edge_contacts = edges_->contacts();
+      m.max_pinched = std::max(m.max_pinched, edges_->most_left_out());
+    }
     m.crossings = crossings_at(x);
     return m;
   }

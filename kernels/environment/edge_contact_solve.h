@@ -99,7 +99,8 @@ struct RefineMassShares {
 };
 
 /// Computes the impulse of each active contact (times dt): a push, and friction on positions as in
-/// kernels/environment/contact.h.
+/// kernels/environment/contact.h. A Friction with carry(k) tells how far the surface of contact k carries what sticks
+/// to it.
 template <class R, class Friction>
 struct SolveContactsJacobi {
   ScatteredPoints<R> moved;
@@ -118,7 +119,11 @@ struct SolveContactsJacobi {
     const R along = dot(c.n, motion);
     const R dlambda = max((c.bias - along) / W, -c.lambda);
     c.lambda += dlambda;
-    const Vector3<R> slide = motion - c.n * along;
+    Vector3<R> slide = motion - c.n * along;
+    if constexpr (requires { friction.carry(k); }) {
+      const Vector3<R> carry = friction.carry(k);
+      slide = slide - (carry - c.n * dot(c.n, carry));
+    }
     const Vector3<R> friction_impulse =
         clamp_to_friction_cone(c.friction_impulse + slide * (R(1) / W), friction(c) * c.lambda);
     const Vector3<R> impulse = c.n * dlambda - (friction_impulse - c.friction_impulse);

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Detection of the contacts of deformable bodies with edges and corners of the environment
-// (kernels/environment/edge_contact.h), in the frame of the moving objects, where the points of the objects rest. These
-// points are numbered after the particles and have inverse mass 0.
+// (kernels/environment/edge_contact.h), in the frame of the moving objects. The points of rigid objects rest in it, and
+// those of a mesh that deforms move (kernels/environment/deforming_edge.h). These points are numbered after the
+// particles and have inverse mass 0.
 #pragma once
 #include "kernels/attachments/pose.h"
 #include "kernels/environment/edge_truncate.h"
@@ -68,15 +69,25 @@ struct SetFromLocal {
   }
 };
 
+/// Stores 1 while other threads may store 1 too.
+KERNEL void store_flag(unsigned char* of) {
+#if defined(__CUDA_ARCH__)
+  *static_cast<volatile unsigned char*>(of) = 1;
+#else
+  __atomic_store_n(of, static_cast<unsigned char>(1), __ATOMIC_RELAXED);
+#endif
+}
+
 /// Broad phase of edge contacts: counts the candidate pairs of every simplex of the bodies with the triangles whose
-/// boxes overlap its own, or (kStores) stores them at the offsets that the counts gave.
-template <class R, bool kStores>
+/// boxes overlap its own, or (kStores) stores them at the offsets that the counts gave. kDeforms: the objects' points
+/// move, by their d.
+template <class R, bool kStores, bool kDeforms = false>
 struct FindEdgePairs {
   StacklessBvh path;
   const Simplex *bodies, *objects;  // objects own only features that can touch
   const Box<R>* boxes;              // of particles and points
   ScatteredPoints<R> x;             // of both, at the start of the search
-  ScatteredPoints<R> d;             // displacements of the particles
+  ScatteredPoints<R> d;             // displacements of the particles, and of points that move
   R contact_range;                  // m, contact distance beyond the displacements
   int* offset;                      // counts that are stored, or offsets
   int count, total;                 // of simplices, of candidates
@@ -119,14 +130,6 @@ struct FindEdgePairs {
   }
 
  private:
-  /// Concurrent threads store the same value.
-  KERNEL static void store_flag(unsigned char* of) {
-#if defined(__CUDA_ARCH__)
-    *static_cast<volatile unsigned char*>(of) = 1;
-#else
-    __atomic_store_n(of, static_cast<unsigned char>(1), __ATOMIC_RELAXED);
-#endif
-  }
   /// Largest motion along n inside the box of displacement d: constraints may pull particles off the straight path.
   KERNEL static R farthest(const Vector3<R>& n, const Vector3<R>& d) {
     return max(n.x * d.x, R(0)) + max(n.y * d.y, R(0)) + max(n.z * d.z, R(0));
@@ -143,12 +146,16 @@ struct FindEdgePairs {
     const R more = R(1.01) * contact_range * sqrt(dot(n, n));
     return {a, n, low - more, high + more};
   }
-  /// Returns true if a triangle lies outside a slab.
+  /// Returns true if a triangle lies outside a slab, all the way.
   KERNEL bool are_separated(const Slab<R>& slab, const Simplex& object) const {
     R low = R(INFINITY), high = -R(INFINITY);
     for (int k = 0; k < 3; ++k) {
       const R at = dot(slab.n, x[object.corner[k]] - slab.at);
       low = min(low, at), high = max(high, at);
+      if constexpr (kDeforms) {
+        const R end = at + dot(slab.n, d[object.corner[k]]);
+        low = min(low, end), high = max(high, end);
+      }
     }
     return low > slab.high || high < slab.low;
   }
@@ -163,6 +170,14 @@ struct FindEdgePairs {
       low = min(low, at - farthest(n, -own)), high = max(high, at + farthest(n, own));
     }
     const R most = R(1.01) * contact_range * sqrt(dot(n, n));
+    if constexpr (kDeforms) {
+      R lowest = R(0), highest = R(0);  // of the object's triangle, all the way
+      for (int k = 0; k < 3; ++k) {
+        const R end = dot(n, x[c[k]] - a + d[c[k]]);
+        lowest = min(lowest, end), highest = max(highest, end);
+      }
+      return low > most + highest || high < lowest - most;
+    }
     return low > most || high < -most;
   }
   KERNEL Box<R> of_edge(const Simplex& s, int k) const { return merge(boxes[s.from(k)], boxes[s.to(k)]); }
@@ -182,9 +197,9 @@ KERNEL int object_of(const EdgeContact<R>& c, const int* object) {
 
 /// Builds the contacts of candidates by the parameters of their objects, and counts how many of their points are
 /// particles.
-template <class R>
+template <class R, class Evaluate = EvaluateCandidate<R>>
 struct BuildEdgeContacts {
-  EvaluateCandidate<R> evaluate;
+  Evaluate evaluate;
   const EdgeContactParams<R>* params;
   const int* object;
   const int* offset;
@@ -195,7 +210,8 @@ struct BuildEdgeContacts {
     const int at = offset[c], next = c + 1 < count ? offset[c + 1] : total;
     if (next == at) return;
     const Candidate& candidate = evaluate.candidates[c];
-    EvaluateCandidate<R> with_object = evaluate;
+    Evaluate with_object = evaluate;
+    if constexpr (requires { with_object.select(at); }) with_object.select(at);
     with_object.rules.thickness = params[max(object[candidate.particle(0)], object[candidate.i[3]]) - 1].min_distance;
     EdgeContact<R>& contact = contacts[at];
     if (with_object(candidate, contact)) {

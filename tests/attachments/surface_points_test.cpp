@@ -166,17 +166,5 @@ TEST(SurfacePoints, ThePlanSaysWhatFollowsTriangles) {
   EXPECT_GT(json["deforming_objects"][0]["triangles"], 1000);
 }
 
-TEST(SurfacePoints, EdgesOfAnObjectThatDeformsAreRefused) {
-  Json scene = swinging_sheet(false);
-  scene["environment"] = {{{"name", "puppet"},
-                           {"shape", {{"grid", {{"size", {1, 1}}, {"cells", {2, 2}}}}}},
-                           {"sides", "two_sided"},
-                           {"edges", true},
-                           {"animation", {{"from_code", true}}}}};
-  EXPECT_NE(refusal([&] { parsed(scene); }).find("/environment/0/edges: found 'edges' beside 'animation'"),
-            std::string::npos)
-      << refusal([&] { parsed(scene); });
-}
-
 }  // namespace
 }  // namespace malha

@@ -7,6 +7,7 @@
 #include "kernels/environment/broad_phase.h"
 #include "kernels/environment/clearance.h"
 #include "kernels/environment/contact.h"
+#include "kernels/environment/deforming_edge.h"
 #include "kernels/environment/edge_detection.h"
 #include "kernels/environment/edge_truncate.h"
 #include "kernels/environment/point_triangle_batch.h"
@@ -91,6 +92,9 @@ void instantiate_all() {
   instantiate<ReconstructPrevious<R>, CommitClamped<R>, MeasureRuns<R>, RefineMassShares<R>, StartLocal<R>,
               MoveLocal<R>>();
   instantiate<FindEdgePairs<R, false>, FindEdgePairs<R, true>, BuildEdgeContacts<R>, ListContactEnds<R>>();
+  instantiate<FindEdgePairs<R, false, true>, FindEdgePairs<R, true, true>,
+              BuildEdgeContacts<R, EvaluateDeformingCandidate<R>>, SolveContactsJacobi<R, DeformingFriction<R>>,
+              RefitBoxNodes<R>, FindMeshCrossings<R>, LeaveOutCrossing<R>, ProjectOntoPlanes<R, SetFromLocal<R>>>();
   instantiate_groups<MeasureMomenta<R, R, false, false>, MeasureMomenta<R, R, false, true>,
                      MeasureMomenta<R, R, true, false>, MeasureMomenta<R, double, false, true>, StoreMomenta,
                      AddRigidMotion<R>, DampTowardsRigid<R>>();
