@@ -205,7 +205,7 @@ TEST(StepPlan, OfShippedScenes) {
       {"drape_bunny", {"wind predict filter_bending " + guarded, "solve_patches solve_self_contacts solve_contacts"}},
       {"dressed",
        {"release_attachments damp predict " + guarded,
-        "solve_patches project_attachments solve_self_contacts solve_contacts"}},
+        "solve_patches project_attachments solve_self_contacts close_seams solve_contacts"}},
       {"flag", bent},
       {"folded_sheet", cloths},
       {"long_cloth", {"predict iterate update_state", "solve_patches project_long_range", "in_iterations", "r"}},
