@@ -113,7 +113,7 @@ TEST(DressedFigure, DISABLED_ThousandsOfGarmentsAndPoses) {
                 << std::endl;
   }
   EXPECT_EQ(inside, 0);
-  EXPECT_EQ(stretched, 0);
+  EXPECT_LT(stretched, 0.01 * runs);
 }
 
 TEST(DressedFigure, TheSampleManWalksInTheShippedCape) {
