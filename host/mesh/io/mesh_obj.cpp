@@ -76,8 +76,6 @@ class ObjReader {
     if (number.empty()) return -1;
     long long index = 0;
     const auto count = static_cast<long long>(texture_->points.size());
-    if (count == 0)
-      refuse(file_, "", "no texture coordinates", "a file with \"vt\" lines, and a number of one at each corner");
     if (!to_integer(number, index) || index == 0 || index < -count)
       scan_.refuse_word(text, "a corner with texture coordinates, such as 7/1, of numbers from 1 on, or from -" +
                                   std::to_string(count) + " to -1");
@@ -86,6 +84,8 @@ class ObjReader {
 
   void add_texture(const std::vector<Quad>& in_corners) {
     const auto count = static_cast<long long>(texture_->points.size());
+    if (count == 0)
+      refuse(file_, "", "no texture coordinates", "a file with \"vt\" lines, and a number of one at each corner");
     for (std::size_t f = 0; f < in_corners.size(); ++f) {
       Quad face{-1, -1, -1, -1};
       for (int k = 0; k < 4; ++k) {
