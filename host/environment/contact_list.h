@@ -104,7 +104,7 @@ class ContactList {
   }
   /// Ends the guard, in whose rounds particles that go with the mesh stay there.
   void end_guard() { Memory<Executor>::fill(truncated_.data(), truncated_.size(), static_cast<unsigned char>(0)); }
-  /// How far the surface carries what sticks to it, of each contact with a mesh that deforms.
+  /// The way by which the surface carries what sticks to it, of each contact with a mesh that deforms.
   const Vector3<R>* carries() const { return carries_.data(); }
 
   int found() const { return found_; }

@@ -416,7 +416,7 @@ class EdgeGroup {
   ScratchBuffer<Executor, Candidate> candidates_;
   ContactList<Executor, R> contacts_;
 
-  // Of a mesh that deforms.
+  // State of a mesh that deforms.
   std::vector<Triangle> mesh_triangles_;
   DeformingPoints now_;                            // at the end of the last substep
   std::vector<int> depth_end_;                     // in nodes_by_depth_

@@ -10,7 +10,7 @@ namespace malha {
 
 /// Joined surface of the objects with a common motion. A triangle owns those of its corners and edges that can be the
 /// first to touch: reflex corners and edges of a solid are hidden by others, and flat ones are covered by their faces.
-/// Of a mesh that deforms every corner and edge is owned, because which of them are flat or reflex changes with its
+/// Every corner and edge of a mesh that deforms is owned, because which of them are flat or reflex changes with its
 /// pose, and no pose is known beforehand where a program sets the vertices.
 struct EdgeSurface {
   std::vector<Vec3> points;        // relative to the centre of their box, in their own frame

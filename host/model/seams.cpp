@@ -358,13 +358,13 @@ void note_fast_seams(Model& model) {
 
 /// Adds a note if a seam takes the length from edges: where particles beside each other are sewn to one place.
 void note_lost_edges(Model& model) {
-  DisjointSets places(model.count());
-  for (const ConstraintSet& set : model.sets)
-    for (std::size_t k = 0; is_hard_seam(set) && k < set.particles.size(); k += 2)
-      places.join(model.user_index[set.particles[k]], model.user_index[set.particles[k + 1]]);
+  const CompressedLists<int> closed = closed_places(model);
+  std::vector<int> place(model.x.size(), -1);
+  for (int k = 0; k < static_cast<int>(closed.begin.size()) - 1; ++k)
+    for (const int i : closed[k]) place[model.user_index[i]] = k;
   std::set<Edge> lost;
   for_each_face_side(model.render_mesh.faces, [&](int i, int j) {
-    if (places.root(i) == places.root(j)) lost.insert({std::min(i, j), std::max(i, j)});
+    if (place[i] >= 0 && place[i] == place[j]) lost.insert({std::min(i, j), std::max(i, j)});
   });
   if (!lost.empty())
     model.notes.push_back(

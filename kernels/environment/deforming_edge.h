@@ -10,6 +10,7 @@
 // it, and goes with the nearest part. Where bodies then cross the mesh, no side is the right one: their pairs are left
 // out until they do not cross it any more.
 #pragma once
+#include "kernels/environment/deforming_mesh.h"
 #include "kernels/environment/edge_detection.h"
 
 namespace malha {
@@ -67,7 +68,7 @@ struct EvaluateDeformingCandidate : EvaluateCandidate<R> {
   }
   /// The direction of a without its part along a unit vector, or zero.
   KERNEL static Vector3<double> across(const Vector3<double>& a, const Vector3<double>& along) {
-    return unit_or(a - along * dot(a, along), {0, 0, 0});
+    return unit_or_zero(a - along * dot(a, along));
   }
 
   KERNEL Vector3<double> end_normal(const EdgeContact<R>& contact, const Vector3<double> (&start)[4],
@@ -79,12 +80,12 @@ struct EvaluateDeformingCandidate : EvaluateCandidate<R> {
   KERNEL Vector3<double> turn_with_edge(const EdgeContact<R>& contact, const Vector3<double> (&start)[4],
                                         const Vector3<double> (&end)[4], const Vector3<double>& v) const {
     const int a = contact.i[2], b = contact.i[3];
-    const Vector3<double> e = unit_or(start[3] - start[2], {0, 0, 0}), f = unit_or(end[3] - end[2], {0, 0, 0}),
+    const Vector3<double> e = unit_or_zero(start[3] - start[2]), f = unit_or_zero(end[3] - end[2]),
                           m = across(normals.at_start(a) + normals.at_start(b), e),
                           k = across(normals.at_end(a) + normals.at_end(b), f);
     if (!(dot(e, e) * dot(f, f) > 0)) return v;
     if (!(dot(m, m) * dot(k, k) > 0)) return across(v, f);
-    return f * dot(e, v) + k * dot(m, v) + cross(k, f) * dot(cross(m, e), v);
+    return turn_axes(v, e, m, f, k);
   }
   /// Turns a vector with the normal of the surface at a corner.
   KERNEL Vector3<double> turn_with_corner(int i, const Vector3<double>& v) const {
@@ -127,19 +128,13 @@ struct RefitBoxNodes {
       const Box<R> box = merge(merge(boxes[c[0]], boxes[c[1]]), boxes[c[2]]);
       const R low[3] = {box.low.x, box.low.y, box.low.z}, high[3] = {box.high.x, box.high.y, box.high.z};
       for (int axis = 0; axis < 3; ++axis)
-        node.low[axis] = outwards(low[axis], -1), node.high[axis] = outwards(high[axis], 1);
+        node.low[axis] = rounded_down(low[axis]), node.high[axis] = -rounded_down(-high[axis]);
       return;
     }
     const BoxNode &first = nodes[list[k] + 1], &second = nodes[first.next];
     for (int axis = 0; axis < 3; ++axis)
       node.low[axis] = min(first.low[axis], second.low[axis]),
       node.high[axis] = max(first.high[axis], second.high[axis]);
-  }
-
- private:
-  KERNEL static float outwards(R a, float sign) {
-    const auto near = float(a);
-    return near + sign * (abs(near) * 1.2e-7f + 1e-37f);
   }
 };
 
@@ -207,8 +202,8 @@ struct LeaveOutCrossing {
   }
 };
 
-/// Where ProjectOntoPlanes begins: where particles are; where the nearest part of the mesh takes them; or it leaves
-/// them there.
+/// ProjectOntoPlanes begins where particles are, or where the nearest part of the mesh takes them; or it leaves them
+/// there.
 enum class GuardStart { There, Beside, Stay };
 
 /// Final guard: moves the particles of violating contacts in front of the planes of all of their contacts, by
@@ -226,10 +221,7 @@ struct ProjectOntoPlanes {
   unsigned char* truncated;  // of each particle: 1 if it goes with the mesh and stays there
 
   KERNEL Sum operator()(int i) const {
-    if (truncated[i] || !(w[i] > R(0))) return {};
-    bool violates = false;
-    for (int e = begin[i]; e < begin[i + 1] && !violates; ++e) violates = violating[ends[e].value / 4];
-    if (!violates) return {};
+    if (!can_end_violation(i, ends, begin, violating, w, truncated)) return {};
     const Vector3<R> x = planes.x0[i];
     const Vector3<double> there = in_double(x) + in_double(planes.moved[i]);
     Vector3<double> to = there;

@@ -190,6 +190,12 @@ KERNEL bool is_rim(const DeformingMesh& mesh, int triangle, int feature) {
   return feature >= 3 ? mesh.neighbour[feature - 3][triangle] < 0 : mesh.rim[mesh.vertex(triangle, feature)] != 0;
 }
 
+/// Turns a vector as the orthogonal unit vectors e and n turn into f and m.
+KERNEL Vector3<double> turn_axes(const Vector3<double>& v, const Vector3<double>& e, const Vector3<double>& n,
+                                 const Vector3<double>& f, const Vector3<double>& m) {
+  return f * dot(e, v) + m * dot(n, v) + cross(m, f) * dot(cross(n, e), v);
+}
+
 /// Turns a vector with a triangle, from the start to the end of the substep: by the rotation of its first edge and its
 /// normal.
 KERNEL Vector3<double> turn_with(const DeformingMesh& mesh, int triangle, const Vector3<double>& v) {
@@ -197,7 +203,7 @@ KERNEL Vector3<double> turn_with(const DeformingMesh& mesh, int triangle, const 
   const Vector3<double> e = unit_or_zero(mesh.at(mesh.before, triangle, 1) - mesh.at(mesh.before, triangle, 0));
   const Vector3<double> f = unit_or_zero(mesh.at(mesh.after, triangle, 1) - mesh.at(mesh.after, triangle, 0));
   if (!(dot(n, n) > 0 && dot(m, m) > 0)) return v;
-  return f * dot(e, v) + m * dot(n, v) + cross(m, f) * dot(cross(n, e), v);
+  return turn_axes(v, e, n, f, m);
 }
 
 /// The point of a triangle with the weights 1 - wb - wc, wb and wc.

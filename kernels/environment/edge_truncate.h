@@ -50,6 +50,16 @@ struct FindEdgeViolations {
   }
 };
 
+/// Tells whether a particle that can still move is of a violating contact.
+template <class R>
+KERNEL bool can_end_violation(int i, const Keyed* ends, const int* begin, const unsigned char* violating, const R* w,
+                              const unsigned char* truncated) {
+  if (truncated[i] || !(w[i] > R(0))) return false;
+  for (int e = begin[i]; e < begin[i + 1]; ++e)
+    if (violating[ends[e].value / 4]) return true;
+  return false;
+}
+
 /// Truncates the displacement of every particle of a violating contact so that it alone cannot make any of its contacts
 /// intersect; or, if `to_rest`, to zero: particles at rest cannot intersect each other.
 template <class R, class SetPosition>
@@ -64,10 +74,7 @@ struct TruncateParticles {
   const R* w;
   unsigned char* truncated;
   KERNEL void operator()(int i) const {
-    if (truncated[i] || !(w[i] > R(0))) return;
-    bool violates = false;
-    for (int e = begin[i]; e < begin[i + 1] && !violates; ++e) violates = violating[ends[e].value / 4];
-    if (!violates) return;
+    if (!can_end_violation(i, ends, begin, violating, w, truncated)) return;
     const Vector3<R> d = planes.moved[i];
     R fraction = to_rest ? R(0) : R(1);
     for (int e = begin[i]; e < begin[i + 1] && !to_rest; ++e) {

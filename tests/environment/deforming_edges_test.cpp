@@ -4,8 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <functional>
-#include <sstream>
 
 #include "host/attachments/pose.h"
 #include "host/mesh/topology.h"
@@ -14,6 +12,7 @@
 #include "host/model/tear.h"
 #include "host/report/plan.h"
 #include "host/solver/solver.h"
+#include "tests/environment/edged_solids.h"
 #include "tests/mesh/irregular_mesh.h"
 #include "tests/refusal.h"
 #include "tests/same_bits.h"
@@ -23,84 +22,10 @@
 namespace malha {
 namespace {
 
-/// Where a vertex of the object is at a time (s), by its place in the file.
-using Deformation = std::function<Vec3(const Vec3&, double)>;
-
-/// Triangulated solids, written as one OBJ file.
-class Solids {
- public:
-  /// A ridge along z of the height of `low` to `high`, with a base `wide` on both sides of it.
-  void ridge(double x, double wide, double low, double high, double z0, double z1) {
-    const int a = corner({x - wide, low, z0}), b = corner({x + wide, low, z0}), c = corner({x, high, z0}),
-              d = corner({x - wide, low, z1}), e = corner({x + wide, low, z1}), f = corner({x, high, z1});
-    face(a, c, b), face(d, e, f), face(a, b, e), face(a, e, d), face(a, d, f), face(a, f, c), face(b, c, f),
-        face(b, f, e);
-  }
-  /// A pyramid with its tip at `tip`.
-  void nail(const Vec3& tip, double height, double radius, int sides, double turn) {
-    const int first = corner(tip);
-    for (int k = 0; k < sides; ++k) {
-      const double a = turn - 2 * kPi * k / sides;
-      corner({tip[0] + radius * std::cos(a), tip[1] - height, tip[2] + radius * std::sin(a)});
-    }
-    for (int k = 0; k < sides; ++k) face(first, first + 1 + k, first + 1 + (k + 1) % sides);
-    for (int k = 1; k + 1 < sides; ++k) face(first + 1, first + 2 + k, first + 1 + k);
-  }
-  void box(const Vec3& low, const Vec3& high) {
-    int at[8];
-    for (int k = 0; k < 8; ++k)
-      at[k] =
-          corner({(k & 1) != 0 ? high[0] : low[0], (k & 2) != 0 ? high[1] : low[1], (k & 4) != 0 ? high[2] : low[2]});
-    constexpr int sides[6][4] = {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}};
-    for (const auto& s : sides) face(at[s[0]], at[s[1]], at[s[2]]), face(at[s[0]], at[s[2]], at[s[3]]);
-  }
-  std::string obj(const Deformation& deformation = {}, double time = 0) const {
-    std::ostringstream text;
-    text.precision(17);
-    for (const Vec3& x : points_) {
-      const Vec3 at = deformation ? deformation(x, time) : x;
-      text << "v " << at[0] << " " << at[1] << " " << at[2] << "\n";
-    }
-    for (const Triangle& t : faces_) text << "f " << t[0] << " " << t[1] << " " << t[2] << "\n";
-    return text.str();
-  }
-  /// An object whose vertices the test sets.
-  EnvironmentSpec object(const TemporaryFolder& folder, const Deformation& deformation) const {
-    EnvironmentSpec spec;
-    spec.name = "object";
-    spec.shape = MeshFile{folder.write("object.obj", obj(deformation))};
-    spec.thickness = 0.01, spec.friction = 0.3, spec.edges = true;
-    spec.animation.emplace().from_code = true;
-    return spec;
-  }
-  const std::vector<Vec3>& points() const { return points_; }
-
- private:
-  int corner(const Vec3& at) {
-    points_.push_back(at);
-    return static_cast<int>(points_.size());
-  }
-  void face(int a, int b, int c) { faces_.push_back({a, b, c}); }
-  std::vector<Vec3> points_;
-  std::vector<Triangle> faces_;
-};
-
-/// A cloth of 1 x 1 m in the plane y, of cells of 0.1 m or of irregular triangles of that size.
-BodySpec cloth_at(double y, const std::string& file = "") {
-  BodySpec body;
-  body.name = "cloth";
-  body.shape = GridShape{{1, 1}, {10, 10}};
-  if (!file.empty()) body.shape = MeshFile{file};
-  body.transform.translate = {-0.5, y, -0.5};
-  body.density = 0.2;
-  body.constraints = {stiff("distance", {"edges"}), stiff("bending", {}, 0.02)};
-  return body;
-}
-
 /// A scene of one object that deforms, whose vertices follow a function of time, and a count of intersections.
 class Deformed {
  public:
-  Deformed(const Scene& scene, const Solids& solids, Deformation deformation, bool each_substep = false)
+  Deformed(const Scene& scene, const EdgedSolids& solids, Deformation deformation, bool each_substep = false)
       : simulation_(scene, {.threads = 1, .interactive = each_substep}),
         points_(solids.points()),
         deformation_(std::move(deformation)),
@@ -153,7 +78,7 @@ class Deformed {
   bool each_substep_;
 };
 
-int most_crossings(Scene scene, const Solids& solids, const Deformation& deformation, bool edges, int steps) {
+int most_crossings(Scene scene, const EdgedSolids& solids, const Deformation& deformation, bool edges, int steps) {
   scene.environment[0].edges = edges;
   Deformed deformed(scene, solids, deformation);
   int most = 0;
@@ -170,7 +95,7 @@ int most_crossings(Scene scene, const Solids& solids, const Deformation& deforma
 
 /// A sheet of cells of 0.1 m with two opposite rows pinned, above a ridge of 0.4 m that lies between rows of particles.
 Scene pinned_over_a_ridge(const EnvironmentSpec& object, int substeps) {
-  BodySpec cloth = cloth_at(0);
+  BodySpec cloth = cloth_above(0);
   cloth.pins = {RowPin{false}, RowPin{true}};
   Scene scene = scene_of({cloth}, {0, 0, 0}, 1.0 / 60, substeps, Precision::Float);
   scene.environment = {object};
@@ -181,12 +106,12 @@ TEST(DeformingEdges, ARidgeThatRisesUnderAPinnedSheetLiftsItAtAnySpeed) {
   for (const double speed : {0.3, 3.0, 30.0, 300.0})
     for (const int substeps : {1, 4, 10}) {
       const TemporaryFolder folder;
-      Solids solids;
+      EdgedSolids solids;
       solids.ridge(0.03, 0.1, -0.2, 0, -0.17, 0.22);
       const Deformation rise = [&](const Vec3& x, double t) -> Vec3 {
         return {x[0], x[1] == 0 ? std::min(-0.03 + speed * t, 0.25) : x[1], x[2]};
       };
-      Scene scene = pinned_over_a_ridge(solids.object(folder, rise), substeps);
+      Scene scene = pinned_over_a_ridge(solids.deforming_object(folder, rise), substeps);
       const int steps = 5 + static_cast<int>(std::min(60.0, 60 * 0.28 / speed));
       EXPECT_GT(most_crossings(scene, solids, rise, false, steps), 0) << speed << " m/s, " << substeps << " substeps";
       EXPECT_EQ(most_crossings(scene, solids, rise, true, steps), 0) << speed << " m/s, " << substeps << " substeps";
@@ -207,7 +132,7 @@ TEST(DeformingEdges, NailsThatWaveHoldACloth) {
   Random random(7);
   for (int k = 0; k < 16; ++k) {
     const TemporaryFolder folder;
-    Solids solids;
+    EdgedSolids solids;
     const double spacing = 0.1 * 0.4 * std::pow(6, random(0, 1));
     for (double x = -0.4; x < 0.4; x += spacing)
       for (double z = -0.4; z < 0.4; z += spacing) {
@@ -219,9 +144,9 @@ TEST(DeformingEdges, NailsThatWaveHoldACloth) {
           solids.box({tip[0], -0.2, tip[2]}, {tip[0] + wide, tip[1], tip[2] + wide});
       }
     const Deformation wave = waving(random(0.5, 4), 0.2 * spacing);
-    EnvironmentSpec object = solids.object(folder, wave);
+    EnvironmentSpec object = solids.deforming_object(folder, wave);
     object.thickness = random(0.002, 0.02), object.friction = random(0, 0.6);
-    BodySpec cloth = cloth_at(0.05, k % 2 == 0 ? folder.write("c.obj", irregular_obj(1, 1, 10, 10, 0.3, k)) : "");
+    BodySpec cloth = cloth_above(0.05, k % 2 == 0 ? folder.write("c.obj", irregular_obj(1, 1, 10, 10, 0.3, k)) : "");
     cloth.velocity = {random(-2, 2), -std::pow(10, random(-1, 1)), random(-2, 2)};
     cloth.spin = {random(-3, 3), random(-3, 3), random(-3, 3)};
     constexpr int substeps[] = {1, 2, 5, 10, 20};
@@ -236,7 +161,7 @@ TEST(DeformingEdges, NailsThatWaveHoldACloth) {
 // part by millimetres while the cloth slides.
 TEST(DeformingEdges, ARigidMotionGivenAsADeformationDoesWhatTheRigidObjectDoes) {
   const TemporaryFolder folder;
-  Solids solids;
+  EdgedSolids solids;
   solids.box({-0.4, -0.2, 0.02}, {0.37, 0, 0.03});
   Keyframe start, end;
   end.time = 0.5, end.translate = {0.1, 0.2, -0.05}, end.axis = {0.2, 1, 0.3}, end.degrees = 40;
@@ -245,8 +170,8 @@ TEST(DeformingEdges, ARigidMotionGivenAsADeformationDoesWhatTheRigidObjectDoes) 
     return {at.x, at.y, at.z};
   };
   for (const Precision precision : {Precision::Float, Precision::Double}) {
-    Scene scene = scene_of({cloth_at(0.02)}, kEarth, 1.0 / 60, 10, precision);
-    scene.environment = {solids.object(folder, {})};
+    Scene scene = scene_of({cloth_above(0.02)}, kEarth, 1.0 / 60, 10, precision);
+    scene.environment = {solids.deforming_object(folder, {})};
     Deformed deformed(scene, solids, turn, true);
     scene.environment[0].animation.reset(), scene.environment[0].motion = {start, end};
     Simulation rigid(scene, {.threads = 1});
@@ -266,15 +191,15 @@ TEST(DeformingEdges, ARigidMotionGivenAsADeformationDoesWhatTheRigidObjectDoes) 
 // until it moves as the rod does under it.
 TEST(DeformingEdges, FrictionCarriesAStripWithARodThatStretches) {
   const TemporaryFolder folder;
-  Solids solids;
+  EdgedSolids solids;
   solids.box({-0.5, -0.004, -0.002}, {0.5, 0, 0.002});
   const double rate = 1, mu = 0.3;  // of the strain, 1/s, from 1 s on, when the strip is at rest
   const Deformation stretch = [&](const Vec3& x, double t) -> Vec3 {
     return {x[0] + rate * std::max(0.0, t - 1) * (x[0] + 0.5), x[1], x[2]};
   };
-  EnvironmentSpec object = solids.object(folder, stretch);
+  EnvironmentSpec object = solids.deforming_object(folder, stretch);
   object.friction = mu;
-  BodySpec strip = cloth_at(0);
+  BodySpec strip = cloth_above(0);
   strip.shape = GridShape{{0.2, 1.1}, {2, 11}};  // the rod lies under the middle of the sixth of eleven cells
   strip.transform.translate = {-0.1, 0.02, -0.55};
   strip.constraints = {stiff("distance", {"edges", "shear"})};
@@ -302,16 +227,16 @@ TEST(DeformingEdges, FrictionCarriesAStripWithARodThatStretches) {
 // metre per second.
 TEST(DeformingEdges, BarsThatCloseOnASheetDoNotThrowItAndLetItGo) {
   const TemporaryFolder folder;
-  Solids solids;
+  EdgedSolids solids;
   solids.box({-0.3, -0.1, 0.03}, {0.3, -0.05, 0.05}), solids.box({-0.3, 0.05, 0.033}, {0.3, 0.1, 0.06});
   const Deformation close = [](const Vec3& x, double t) -> Vec3 {
     const double way = 0.08 * std::sin(2 * kPi * std::min(t, 0.5));
     return {x[0], x[1] + (x[1] < 0 ? way : -way), x[2]};
   };
-  BodySpec cloth = cloth_at(0);
+  BodySpec cloth = cloth_above(0);
   cloth.pins = {RowPin{false}, RowPin{true}};
   Scene scene = scene_of({cloth}, kEarth, 1.0 / 60, 10, Precision::Float);
-  scene.environment = {solids.object(folder, close)};
+  scene.environment = {solids.deforming_object(folder, close)};
   Deformed deformed(scene, solids, close);
   for (int step = 0; step < 90; ++step) {
     deformed.step();
@@ -323,15 +248,15 @@ TEST(DeformingEdges, BarsThatCloseOnASheetDoNotThrowItAndLetItGo) {
 
 /// Frames of a ridge that waves, and a cloth that falls on it.
 Scene cloth_on_a_waving_ridge(const TemporaryFolder& folder) {
-  Solids solids;
+  EdgedSolids solids;
   for (double x = -0.3; x < 0.35; x += 0.13) solids.ridge(x, 0.02, -0.2, 0, -0.4, 0.4);
   const Deformation wave = waving(1.5, 0.03);
-  EnvironmentSpec object = solids.object(folder, wave);
+  EnvironmentSpec object = solids.deforming_object(folder, wave);
   for (int frame = 0; frame < 8; ++frame)
     folder.write("frame" + std::to_string(frame) + ".obj", solids.obj(wave, 0.04 * frame));
   object.animation->from_code = false;
   object.animation->frames = (folder / "frame*.obj").string(), object.animation->frames_per_second = 25;
-  BodySpec cloth = cloth_at(0.03);
+  BodySpec cloth = cloth_above(0.03);
   cloth.shape = GridShape{{1, 1}, {24, 24}}, cloth.velocity = {0, -2, 0};
   Scene scene = scene_of({cloth}, kEarth, 1.0 / 60, 3, Precision::Float);
   scene.environment = {object};
@@ -349,19 +274,19 @@ INSTANTIATE_TEST_SUITE_P(DeformingEdges, SameBits,
 
 TEST(DeformingEdges, OfAllThatTheMeshHasAreFound) {
   const TemporaryFolder folder;
-  Solids solids;
+  EdgedSolids solids;
   solids.ridge(0, 0.1, -0.2, 0, -0.2, 0.2);
-  const Simulation simulation(pinned_over_a_ridge(solids.object(folder, {}), 1), {.threads = 1});
+  const Simulation simulation(pinned_over_a_ridge(solids.deforming_object(folder, {}), 1), {.threads = 1});
   // A prism of 8 triangles has 12 edges, of which 3 are diagonals of flat sides, and 6 corners.
   EXPECT_TRUE(has(plan(simulation), "environment_edges:\n  edges: 12\n  corners: 6\n")) << plan(simulation);
 }
 
 TEST(DeformingEdges, RefuseABodyThatTheyCrossAtTheStart) {
   const TemporaryFolder folder;
-  Solids solids;
+  EdgedSolids solids;
   solids.ridge(0.03, 0.1, -0.2, 0.01, -0.17, 0.22);
   const std::string message =
-      refusal([&] { Simulation(pinned_over_a_ridge(solids.object(folder, {}), 1), {.threads = 1}); });
+      refusal([&] { Simulation(pinned_over_a_ridge(solids.deforming_object(folder, {}), 1), {.threads = 1}); });
   EXPECT_TRUE(has(message, "/environment/0/edges")) << message;
   EXPECT_TRUE(has(message, "crosses at the start")) << message;
 }

@@ -10,6 +10,7 @@
 #include "host/model/model.h"
 #include "host/report/plan.h"
 #include "host/solver/solver.h"
+#include "tests/environment/edged_solids.h"
 #include "tests/mesh/irregular_mesh.h"
 #include "tests/refusal.h"
 #include "tests/same_bits.h"
@@ -19,64 +20,12 @@
 namespace malha {
 namespace {
 
-/// Triangulated solids, written as one OBJ file.
-class EdgedSolids {
- public:
-  /// A pyramid with `sides` faces and its tip at `tip`.
-  void nail(const Vec3& tip, double height, double radius, int sides, double turn) {
-    const int first = corner(tip);
-    for (int k = 0; k < sides; ++k) {
-      const double a = turn - 2 * kPi * k / sides;
-      corner({tip[0] + radius * std::cos(a), tip[1] - height, tip[2] + radius * std::sin(a)});
-    }
-    for (int k = 0; k < sides; ++k) face(first, first + 1 + k, first + 1 + (k + 1) % sides);
-    for (int k = 1; k + 1 < sides; ++k) face(first + 1, first + 2 + k, first + 1 + k);
-  }
-  void box(const Vec3& low, const Vec3& high) {
-    int at[8];
-    for (int k = 0; k < 8; ++k)
-      at[k] =
-          corner({(k & 1) != 0 ? high[0] : low[0], (k & 2) != 0 ? high[1] : low[1], (k & 4) != 0 ? high[2] : low[2]});
-    constexpr int sides[6][4] = {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}};
-    for (const auto& s : sides) face(at[s[0]], at[s[1]], at[s[2]]), face(at[s[0]], at[s[2]], at[s[3]]);
-  }
-  EnvironmentSpec object(const TemporaryFolder& folder, const std::string& name) const {
-    EnvironmentSpec spec;
-    spec.name = name;
-    spec.shape = MeshFile{folder.write(name + ".obj", points_.str() + faces_.str())};
-    spec.thickness = 0.01;
-    spec.friction = 0.3;
-    return spec;
-  }
-
- private:
-  int corner(const Vec3& at) {
-    points_ << "v " << at[0] << " " << at[1] << " " << at[2] << "\n";
-    return ++count_;
-  }
-  void face(int a, int b, int c) { faces_ << "f " << a << " " << b << " " << c << "\n"; }
-  std::ostringstream points_, faces_;
-  int count_ = 0;
-};
-
 /// Nails `spacing` apart, their tips at y = 0.
 EdgedSolids bed_of_nails(double spacing, double radius) {
   EdgedSolids bed;
   for (double x = -0.31; x < 0.3; x += spacing)
     for (double z = -0.29; z < 0.3; z += spacing) bed.nail({x, 0, z}, 0.2, radius, 4, 31 * x);
   return bed;
-}
-
-/// A cloth of 1 x 1 m, `y` above the origin, of cells of 0.1 m or of irregular triangles of that size.
-BodySpec cloth_above(double y, const std::string& file = "") {
-  BodySpec body;
-  body.name = "cloth";
-  body.shape = GridShape{{1, 1}, {10, 10}};
-  if (!file.empty()) body.shape = MeshFile{file};
-  body.transform.translate = {-0.5, y, -0.5};
-  body.density = 0.2;
-  body.constraints = {stiff("distance", {"edges"}), stiff("bending", {}, 0.02)};
-  return body;
 }
 
 Scene falls_on(const EnvironmentSpec& object, const BodySpec& cloth, int substeps = 5) {
