@@ -32,10 +32,13 @@ std::unique_ptr<AnimationSource> read_source(const Scene& scene, std::size_t ind
   const AnimationSpec& spec = *scene.environment[index].animation;
   const std::string from = origin_of(scene.environment[index]);
   const std::string pointer = "/environment/" + std::to_string(index) + "/animation";
-  if (spec.frames.empty()) return read_clip(from, spec, scene.file, pointer);
+  const auto* shape = std::get_if<MeshFile>(&scene.environment[index].shape);
+  const MeshPart part = shape ? shape->part : MeshPart{};
+  if (spec.frames.empty()) return read_clip(from, part, spec, scene.file, pointer);
   if (!spec.frames_per_second) refuse(scene.file, pointer, "no 'frames_per_second'", "a number > 0 (1/s)");
   const bool is_cache = lower(std::filesystem::path(from).extension().string()) == ".pc2";
-  return is_cache ? read_point_cache(from, *spec.frames_per_second) : read_series(from, *spec.frames_per_second, mesh);
+  return is_cache ? read_point_cache(from, *spec.frames_per_second)
+                  : read_series(from, part, *spec.frames_per_second, mesh);
 }
 
 /// The vertices of the file that are points of the mesh, the lowest of each; and the others that were merged into them.

@@ -30,16 +30,18 @@ class AnimationSource {
   virtual std::unique_ptr<AnimationSource> select(std::span<const int> vertices) const = 0;
 };
 
-/// A clip of a glTF file. `scene_file` and `pointer` are the place of the animation in the scene, for messages.
-std::unique_ptr<AnimationSource> read_clip(const std::string& file, const AnimationSpec& spec,
+/// A clip of a glTF file, for a part of its vertices. `scene_file` and `pointer` are the place of the animation in the
+/// scene, for messages.
+std::unique_ptr<AnimationSource> read_clip(const std::string& file, const MeshPart& part, const AnimationSpec& spec,
                                            const std::string& scene_file, const std::string& pointer);
 
 /// A PointCache2 file, whose header says how many frames pass from one sample to the next. The number of its first
 /// frame is not used: the first sample is at time 0.
 std::unique_ptr<AnimationSource> read_point_cache(const std::string& file, double frames_per_second);
 
-/// The OBJ or PLY files of a folder, or of a pattern such as "walk_*.ply", in the order of their numbers. `mesh` is the
-/// welded mesh of the shape, whose faces they must have.
-std::unique_ptr<AnimationSource> read_series(const std::string& files, double frames_per_second, const Mesh& mesh);
+/// A part of the OBJ or PLY files of a folder, or of a pattern such as "walk_*.ply", in the order of their numbers.
+/// `mesh` is the welded mesh of the shape, whose faces they must have.
+std::unique_ptr<AnimationSource> read_series(const std::string& files, const MeshPart& part, double frames_per_second,
+                                             const Mesh& mesh);
 
 }  // namespace malha

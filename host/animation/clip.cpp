@@ -173,9 +173,14 @@ class ClipSource : public AnimationSource {
 
 }  // namespace
 
-std::unique_ptr<AnimationSource> read_clip(const std::string& file, const AnimationSpec& spec,
+std::unique_ptr<AnimationSource> read_clip(const std::string& file, const MeshPart& part, const AnimationSpec& spec,
                                            const std::string& scene_file, const std::string& pointer) {
-  GltfScene gltf = read_gltf_scene(file, read_input(file, "a readable glTF file"));
+  const std::string data = read_input(file, "a readable glTF file");
+  GltfScene gltf = read_gltf_scene(file, data);
+  if (part) {
+    FileMesh whole = read_gltf(file, data, Attributes::All);
+    select_vertices(gltf, select_part(whole, part, file));
+  }
   const std::size_t clip = find_clip(gltf.clips, spec, file, scene_file, pointer);
   if (gltf.clips[clip].channels.empty())
     refuse(file, "/animations/" + std::to_string(clip), "a clip that moves no node and no morph target",

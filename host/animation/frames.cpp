@@ -197,13 +197,14 @@ std::unique_ptr<AnimationSource> read_point_cache(const std::string& file, doubl
                                        static_cast<double>(header.frames_per_sample) / frames_per_second);
 }
 
-std::unique_ptr<AnimationSource> read_series(const std::string& files, double frames_per_second, const Mesh& mesh) {
+std::unique_ptr<AnimationSource> read_series(const std::string& files, const MeshPart& part, double frames_per_second,
+                                             const Mesh& mesh) {
   const std::vector<NumberedFile> frames = frames_of(files);
   std::vector<Point> points;
   std::vector<Quad> faces;
   std::size_t vertices = 0;
   for (std::size_t i = 0; i < frames.size(); ++i) {
-    Mesh frame = read_mesh(frames[i].path);
+    Mesh frame = read_mesh(frames[i].path, part);
     if (i == 0) {
       vertices = frame.points.size(), faces = frame.faces;
       require_memory(files, frames.size(), vertices);

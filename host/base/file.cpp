@@ -43,38 +43,53 @@ void flush_folder(const fs::path& path) {
   close(descriptor);
 }
 
-bool write_and_rename(const fs::path& temporary, const fs::path& path, const std::vector<std::string_view>& pieces,
-                      bool flush) {
+using Put = std::function<void(std::string_view)>;
+using Write = std::function<void(const Put&)>;
+
+bool write_and_rename(const fs::path& temporary, const fs::path& path, const Write& write, bool flush) {
   File file(std::fopen(temporary.c_str(), "wb"));
   bool good = file != nullptr;
-  for (const std::string_view piece : pieces)
-    good = good && std::fwrite(piece.data(), 1, piece.size(), file.get()) == piece.size();
+  if (good)
+    write([&](std::string_view piece) {
+      good = good && std::fwrite(piece.data(), 1, piece.size(), file.get()) == piece.size();
+    });
   if (flush) good = good && std::fflush(file.get()) == 0 && fsync(fileno(file.get())) == 0;
   // The file is closed even after an error; a full disk may be reported only here.
   good = file != nullptr && std::fclose(file.release()) == 0 && good;
   return good && std::rename(temporary.c_str(), path.c_str()) == 0;
 }
 
-void write_pieces(const fs::path& path, const std::vector<std::string_view>& pieces, bool flush) {
+void write(const fs::path& path, const Write& all, bool flush) {
   const fs::path temporary = path.string() + ".tmp";
   errno = 0;
-  if (write_and_rename(temporary, path, pieces, flush)) return;
+  if (write_and_rename(temporary, path, all, flush)) return;
   const int code = errno;
   std::error_code ignored;
   fs::remove(temporary, ignored);
   fail(path, "write", code);
 }
 
+Write each_of(const std::vector<std::string_view>& pieces) {
+  return [&pieces](const Put& put) {
+    for (const std::string_view piece : pieces) put(piece);
+  };
+}
+
 }  // namespace
 
-void write_whole(const fs::path& path, std::string_view bytes) { write_pieces(path, {bytes}, false); }
+void write_whole(const fs::path& path, std::string_view bytes) {
+  write(
+      path, [bytes](const Put& put) { put(bytes); }, false);
+}
+
+void write_whole(const fs::path& path, const Write& all) { write(path, all, false); }
 
 void write_whole(const fs::path& path, const std::vector<std::string_view>& pieces) {
-  write_pieces(path, pieces, false);
+  write(path, each_of(pieces), false);
 }
 
 void write_durably(const fs::path& path, const std::vector<std::string_view>& pieces) {
-  write_pieces(path, pieces, true);
+  write(path, each_of(pieces), true);
   flush_folder(path);
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -16,7 +17,11 @@ void write_whole(const std::filesystem::path& path, std::string_view bytes);
 /// The same for the concatenation of these pieces.
 void write_whole(const std::filesystem::path& path, const std::vector<std::string_view>& pieces);
 
-/// The same, and safe from a power failure: file and folder are flushed to disk.
+/// The same for what `write` passes to the function that it is given, piece by piece.
+void write_whole(const std::filesystem::path& path,
+                 const std::function<void(const std::function<void(std::string_view)>& put)>& write);
+
+/// The same as for pieces, and safe from a power failure: file and folder are flushed to disk.
 void write_durably(const std::filesystem::path& path, const std::vector<std::string_view>& pieces);
 
 /// Bytes at an offset in a file.

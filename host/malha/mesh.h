@@ -3,6 +3,7 @@
 // volumetric bodies.
 #pragma once
 #include <array>
+#include <string>
 #include <vector>
 
 namespace malha {
@@ -18,6 +19,13 @@ struct FileVertices {
   std::vector<int> point;      ///< point of each vertex; -1: no face, line or tetrahedron uses the vertex
   std::vector<Vec3> position;  ///< of each vertex, m; empty where all vertices are used
   std::vector<Quad> faces;     ///< faces by vertex; empty if no vertices were merged, and for volumetric bodies
+};
+
+/// A part of a mesh file that names its parts: OBJ, or glTF, whose objects are nodes with a mesh.
+struct MeshPart {
+  std::string object;  ///< name; "": all objects
+  std::string group;   ///< of OBJ, a name or a whole line of names; "": all groups
+  explicit operator bool() const { return !object.empty() || !group.empty(); }
 };
 
 struct Mesh {

@@ -25,9 +25,13 @@ struct Transform {
 struct MeshFile {
   /// Absolute, or relative to the working directory; load_scene() resolves it against the scene's folder.
   std::string path;
-  /// Vertices up to this distance apart become one point (m, before the transform). Without it no vertices of bodies
-  /// are merged, and of the environment those with equal positions.
+  /// Vertices up to this distance apart become one point (m, before the transform). Without it those with equal
+  /// positions are merged of glTF files, which have several vertices where texture coordinates part, and of the
+  /// environment; no others of bodies.
   std::optional<double> weld{};
+  /// The vertices of the part are numbered from 0, in the order of the file. It holds for the files of the rest shape
+  /// and the animation too.
+  MeshPart part{};
 };
 /// A grid of quads in the plane y = 0, with x in [0, size[0]] and z in [0, size[1]]. In the numbering x runs fastest.
 struct GridShape {
@@ -344,7 +348,7 @@ struct PageSpec {
 };
 
 /// Formats of frames.
-inline const std::vector<std::string> kFrameFormats{"vtp", "pc2", "ply", "obj", "glb"};
+inline const std::vector<std::string> kFrameFormats{"vtp", "pc2", "ply", "obj", "glb", "usda"};
 
 struct OutputSpec {
   int every = 0;                     ///< steps between frames; 0: none

@@ -325,7 +325,7 @@ Mesh generate(const Shape& shape) {
 
 Mesh make_mesh(const Shape& shape) {
   const auto* file = std::get_if<MeshFile>(&shape);
-  return file != nullptr ? read_mesh(file->path) : generate(shape);
+  return file != nullptr ? read_mesh(file->path, file->part) : generate(shape);
 }
 
 void apply(const Transform& transform, Mesh& mesh) {

@@ -216,28 +216,29 @@ std::vector<Triangle> triangulate(const std::vector<Vec3>& points, const std::ve
   return found;
 }
 
-void PolygonList::add(const std::vector<int>& corners, std::size_t line) {
-  faces_.push_back({line, static_cast<int>(corners.size())});
-  corners_.insert(corners_.end(), corners.begin(), corners.end());
+Polygons polygons_of(const std::vector<Quad>& faces) {
+  Polygons polygons;
+  for (const Quad& face : faces) polygons.add(std::span<const int>(face).first(is_triangle(face) ? 3 : 4));
+  return polygons;
 }
 
-void PolygonList::append_to(Mesh& mesh, const std::string& file, std::vector<Quad>* added) const {
-  mesh.faces.reserve(mesh.faces.size() + faces_.size());
+void add_faces(const Polygons& polygons, Mesh& mesh, const std::string& file, std::vector<Quad>* added) {
+  mesh.faces.reserve(mesh.faces.size() + polygons.count());
   std::vector<int> corners;
-  auto from = corners_.begin();
+  int begin = 0;
   const auto append = [&](const Quad& face) {
     mesh.faces.push_back(face);
     if (!added) return;
-    const auto first = static_cast<int>(from - corners_.begin() - static_cast<std::ptrdiff_t>(corners.size()));
     Quad numbers{-1, -1, -1, -1};
     for (int k = 0; k < 4; ++k)
-      if (face[k] >= 0) numbers[k] = first + static_cast<int>(std::ranges::find(corners, face[k]) - corners.begin());
+      if (face[k] >= 0) numbers[k] = begin + static_cast<int>(std::ranges::find(corners, face[k]) - corners.begin());
     added->push_back(numbers);
   };
-  std::string place, found;  // of the first face without a triangulation
+  std::string place, found;  // of the first polygon without a triangulation
   int faults = 0;
-  for (std::size_t f = 0; f < faces_.size(); ++f) {
-    corners.assign(from, from + faces_[f].corners), from += faces_[f].corners;
+  for (std::size_t f = 0; f < polygons.count(); ++f) {
+    const std::span<const int> polygon = polygons.corners_of(f);
+    corners.assign(polygon.begin(), polygon.end()), begin = polygons.begin[f];
     if (corners.size() == 3) {
       append({corners[0], corners[1], corners[2], -1});
       continue;
@@ -256,8 +257,8 @@ void PolygonList::append_to(Mesh& mesh, const std::string& file, std::vector<Qua
     const auto side = [&](int k) {
       return std::to_string(corners[k]) + "-" + std::to_string(corners[(k + 1) % corners.size()]);
     };
-    place = (faces_[f].line > 0 ? "line " + std::to_string(faces_[f].line) + ", " : "") + "face " + std::to_string(f) +
-            " (0-based)";
+    place = (polygons.line.empty() ? "" : "line " + std::to_string(polygons.line[f]) + ", ") + "face " +
+            std::to_string(f) + " (0-based)";
     found = "a face of " + std::to_string(corners.size()) + " corners " +
             (i < 0 ? "that folds onto itself"
                    : "whose sides " + side(i) + " and " + side(j) + " (vertices, 0-based) cross");

@@ -2,6 +2,7 @@
 // Polygonal faces of mesh files and their triangulation.
 #pragma once
 #include <array>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -22,24 +23,39 @@ std::array<int, 2> crossing_sides(const std::vector<Vec3>& points, const std::ve
 /// folds onto itself.
 std::vector<Triangle> triangulate(const std::vector<Vec3>& points, const std::vector<int>& corners);
 
-/// The faces of a file. They are stored until all points are known, since a face may precede its points in the file.
-class PolygonList {
- public:
-  void reserve(std::size_t faces) { faces_.reserve(faces); }
-  /// Adds a face of three or more corners. `line` is its line in the file; 0: the file has no lines.
-  void add(const std::vector<int>& corners, std::size_t line);
-  /// Appends all faces to the mesh in their order: triangles and quads as they are, others triangulated. Throws
-  /// InputError for a face without a triangulation, with the file, the line and the number of the face. `added`, if it
-  /// is given, gets each of those faces in corners instead of points, counted over all faces that were added here.
-  void append_to(Mesh& mesh, const std::string& file, std::vector<Quad>* added = nullptr) const;
+/// The faces of a mesh file as it has them: polygons of three or more corners, with the texture coordinates and names
+/// that the file gives them. A list of attributes is empty where the file has none, or where they are not read.
+struct Polygons {
+  std::vector<int> begin{0};      // first corner of each polygon, then the number of corners
+  std::vector<int> corners;       // vertices
+  std::vector<std::size_t> line;  // of each polygon in its file, for messages; empty: the file has no lines
 
- private:
-  struct Face {
-    std::size_t line;
-    int corners;
-  };
-  std::vector<Face> faces_;
-  std::vector<int> corners_;  // of all faces, one after the other
+  std::vector<std::array<double, 2>> uv;  // texture coordinates
+  std::vector<int> corner_uv;             // index of those of each corner; -1: none
+
+  std::vector<std::string> objects, groups, materials;  // names
+  std::vector<std::string> material_files;              // of OBJ, as its file names them
+  std::vector<int> object, group, material;             // index of the name of each polygon; -1: none
+  std::vector<int> line_object, line_group;             // of each line of the mesh
+  std::vector<int> vertex_object;                       // object in whose part of the file a vertex is; -1: none
+
+  std::size_t count() const { return begin.size() - 1; }
+  std::span<const int> corners_of(std::size_t polygon) const {
+    return std::span(corners).subspan(static_cast<std::size_t>(begin[polygon]),
+                                      static_cast<std::size_t>(begin[polygon + 1] - begin[polygon]));
+  }
+  void add(std::span<const int> polygon) {
+    corners.insert(corners.end(), polygon.begin(), polygon.end());
+    begin.push_back(static_cast<int>(corners.size()));
+  }
 };
+
+/// The faces as polygons.
+Polygons polygons_of(const std::vector<Quad>& faces);
+
+/// Appends the polygons to the faces of the mesh in their order: triangles and quads as they are, others triangulated.
+/// Throws InputError for a polygon without a triangulation, with the file, the line and the number of the polygon.
+/// `added`, if it is given, gets each of those faces in corners instead of points, counted over all polygons.
+void add_faces(const Polygons& polygons, Mesh& mesh, const std::string& file, std::vector<Quad>* added = nullptr);
 
 }  // namespace malha

@@ -4,6 +4,7 @@
 #include "host/animation/animation.h"
 #include "host/mesh/check_mesh.h"
 #include "host/mesh/generate.h"
+#include "host/mesh/io/mesh_io.h"
 #include "host/mesh/topology.h"
 #include "host/mesh/weld.h"
 #include "host/model/body_rest.h"
@@ -34,8 +35,8 @@ BodyMeshes load_body(const Scene& scene, std::size_t index, int& zero_area_faces
   const std::string numbers = std::string("; pins, messages and frames keep the ") +
                               (std::holds_alternative<MeshDataShape>(spec.shape) ? "list" : "file") + "'s numbers";
   if (const auto* file = std::get_if<MeshFile>(&spec.shape)) {
-    if (file->weld) {
-      const auto [merged, removed] = weld(mesh, *file->weld, file->path);
+    if (file->weld || is_gltf_file(file->path)) {
+      const auto [merged, removed] = weld(mesh, file->weld.value_or(0), file->path);
       if (merged > 0)
         notes.push_back(body + "welded " + counted(merged, "vertex", "vertices") + " to others" +
                         (removed > 0 ? ", which removed " + counted(removed, "face or line", "faces or lines") : "") +

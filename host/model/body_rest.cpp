@@ -62,7 +62,8 @@ class RestFitter {
  private:
   /// The places in the numbering of the shape's file, and its faces by the numbers of the places.
   Mesh places(const RestMesh& of) const {
-    Mesh rest = read_mesh(of.path);
+    const auto* shape = std::get_if<MeshFile>(&spec_.shape);
+    Mesh rest = read_mesh(of.path, shape ? shape->part : MeshPart{});
     const std::string as = " as of " + origin(scene_, spec_.shape);
     if (rest.points.size() != as_read_.points.size())
       refuse(of.path, "", counted(rest.points.size(), "vertex", "vertices"),
@@ -92,7 +93,8 @@ class RestFitter {
           scene_.file, pointer("bodies", index_, "rest/uv"),
           "a pattern of texture coordinates for " + std::string(!as_read_.tetrahedra.empty() ? "tetrahedra" : "lines"),
           "a shape of faces only, or 'mesh' or 'points'");
-    Mesh texture = read_texture_coordinates(std::get<MeshFile>(spec_.shape).path);
+    const auto& shape = std::get<MeshFile>(spec_.shape);
+    Mesh texture = read_texture_coordinates(shape.path, shape.part);
     for (Vec3& point : texture.points)
       for (double& coordinate : point) coordinate *= of.metres;
     return texture;

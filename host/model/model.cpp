@@ -89,11 +89,11 @@ void check_expectations(const Scene& scene, bool tetrahedra) {
 void check_outputs(const Scene& scene) {
   const std::string key = "/outputs/frames/formats";
   for (const std::string& format : scene.outputs.formats) {
-    if (can_tear(scene) && (format == "pc2" || format == "glb"))
+    if (can_tear(scene) && (format == "pc2" || format == "glb" || format == "usda"))
       refuse(scene.file, key, format + ", which holds one mesh for all frames, of a scene that tears", "vtp, ply, obj");
     if (format == "glb" && !has_gltf())
       refuse(scene.file, key, "glb, and this malha was built without tinygltf (Debian: libtinygltf-dev)",
-             "vtp, pc2, ply, obj");
+             "vtp, pc2, ply, obj, usda");
   }
 }
 

@@ -3,8 +3,10 @@
 #pragma once
 #include <array>
 #include <bit>
+#include <charconv>
 #include <filesystem>
 #include <memory>
+#include <set>
 #include <span>
 #include <string>
 #include <string_view>
@@ -37,6 +39,7 @@ std::unique_ptr<FrameFormat> make_vtp(const std::filesystem::path& folder, const
 std::unique_ptr<FrameFormat> make_pc2(const std::filesystem::path& folder, const FrameTopology& topology, int next);
 std::unique_ptr<FrameFormat> make_ply(const std::filesystem::path& folder, const FrameTopology& topology, int next);
 std::unique_ptr<FrameFormat> make_obj(const std::filesystem::path& folder, const FrameTopology& topology, int next);
+std::unique_ptr<FrameFormat> make_usda(const std::filesystem::path& folder, const FrameTopology& topology, int next);
 std::unique_ptr<FrameFormat> make_glb(const std::filesystem::path& folder, const FrameTopology& topology, int next);
 
 /// Returns "frame_000012.vtp" for (12, ".vtp").
@@ -44,6 +47,9 @@ std::string frame_name(int index, const std::string& extension);
 
 /// Returns the index in a name that frame_name made with this extension; -1 for any other name.
 int frame_index(const std::string& name, const std::string& extension);
+
+/// Returns the name of a mesh as a part of a file's name, different from `names`, to which it is added.
+std::string file_stem(const std::string& name, std::set<std::string>& names);
 
 /// Removes the frames of `extension` in `folder` whose index is `next` or more.
 void drop_frames(const std::filesystem::path& folder, const std::string& extension, int next);
@@ -56,12 +62,34 @@ struct CollectedFrame {
 /// Returns the frames that frames.pvd in this folder lists; none if it is missing.
 std::vector<CollectedFrame> collected_frames(const std::filesystem::path& folder);
 
-/// Returns the mesh as Wavefront OBJ text, each number with the fewest digits that read back to the same double or
-/// float.
-std::string obj_text(std::span<const Vec3> points, bool in_double, const std::string& elements);
+/// The meshes as Wavefront OBJ text: each an object with its points, polygons, lines and loose points.
+class ObjDocument {
+ public:
+  /// As lines of no length, points that no polygon and no line uses are vertices in programs that ignore "p" and drop
+  /// what nothing uses.
+  enum class LoosePoints { AsPoints, AsLines };
 
-/// Returns the part of an OBJ that follows the points: faces, lines and loose points, counted from 1.
-std::string obj_elements(const FrameTopology& topology);
+  explicit ObjDocument(const FrameTopology& topology, LoosePoints loose = LoosePoints::AsPoints);
+
+  /// Returns the text with these points. Each number has the fewest digits that read back to the same double or float.
+  std::string text(std::span<const Vec3> points) const;
+
+ private:
+  struct Part {
+    std::size_t end;     // of its points
+    std::string before;  // its name, and the first one's material files and texture coordinates
+    std::string elements;
+  };
+  std::vector<Part> parts_;
+  bool in_double_;
+};
+
+/// Appends a number with the fewest digits that read back to it.
+template <class T>
+void append_number(std::string& text, T value) {
+  char digits[32];
+  text.append(digits, std::to_chars(digits, digits + sizeof digits, value).ptr);
+}
 
 template <class T>
 std::string_view bytes_of(const T& value) {

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "host/output/topology_builder.h"
+
 namespace malha {
 
 FrameVertices::FrameVertices(const RenderMesh& render_mesh) : particles_(render_mesh.points.size()) {
@@ -23,37 +25,51 @@ FrameVertices::FrameVertices(const RenderMesh& render_mesh) : particles_(render_
 
 FrameTopology FrameVertices::topology(const Model& model) const {
   const RenderMesh& render_mesh = model.render_mesh;
-  FrameTopology all{render_mesh.faces, render_mesh.lines, {}, vertex_positions(render_mesh.points)};
+  FrameTopology all;
+  all.lines = render_mesh.lines, all.rest = vertex_positions(render_mesh.points);
   all.in_double = model.scene.solver.precision == Precision::Double;
   all.environment = model.environment;
-  for (std::size_t b = 0; b < model.scene.bodies.size(); ++b)
-    all.bodies.push_back({model.scene.bodies[b].name, begin_.empty() ? render_mesh.body_begin[b] : begin_[b]});
-  for (std::size_t b = 0; b < begin_.size(); ++b) {
-    const std::vector<Quad>& in_file = render_mesh.vertices[b].faces;
-    for (int f = render_mesh.face_begin[b]; f < render_mesh.face_begin[b + 1]; ++f)
-      for (int k = 0; k < 4; ++k) {
-        const int particle = render_mesh.faces[f][k];
-        if (particle < 0) continue;
-        // The vertex that the file names for this corner, unless tearing replaced its particle.
-        const int own = in_file.empty() ? -1 : begin_[b] + in_file[f - render_mesh.face_begin[b]][k];
-        all.faces[f][k] = own >= 0 && particle_[own] == particle ? own : lowest_[particle];
-      }
-  }
   if (!begin_.empty())
     for (Edge& line : all.lines) line = {lowest_[line[0]], lowest_[line[1]]};
+  TopologyBuilder builder(model.scene, all);
+  for (std::size_t b = 0; b < model.scene.bodies.size(); ++b) {
+    const int begin = begin_.empty() ? render_mesh.body_begin[b] : begin_[b];
+    const auto end = b + 1 == model.scene.bodies.size() ? count()
+                     : begin_.empty()                   ? static_cast<std::size_t>(render_mesh.body_begin[b + 1])
+                                                        : static_cast<std::size_t>(begin_[b + 1]);
+    builder.add_body(begin, static_cast<int>(end), faces_of(render_mesh, b));
+  }
 
   std::vector<bool> drawn(count(), false), used(particles_, false);
-  const auto use = [&](const auto& items) {
-    for (const auto& item : items)
-      for (const int vertex : item)
-        if (vertex >= 0) drawn[vertex] = used[particle_at(vertex)] = true;
+  const auto use = [&](const auto& corners) {
+    for (const int vertex : corners) {
+      drawn[vertex] = true;
+      if (const int particle = particle_at(vertex); particle >= 0) used[particle] = true;
+    }
   };
-  use(all.faces), use(all.lines);
+  use(all.polygons.corners);
+  for (const Edge& line : all.lines) use(line);
   for (int i = 0; i < static_cast<int>(particles_); ++i)
     if (!used[i]) all.loose.push_back(lowest_vertex(i)), drawn[lowest_vertex(i)] = true;
   for (int vertex = 0; vertex < static_cast<int>(drawn.size()); ++vertex)
     if (!drawn[vertex]) all.unused.push_back(vertex);
   return all;
+}
+
+std::vector<Quad> FrameVertices::faces_of(const RenderMesh& render_mesh, std::size_t b) const {
+  const auto first = render_mesh.faces.begin();
+  std::vector<Quad> faces(first + render_mesh.face_begin[b], first + render_mesh.face_begin[b + 1]);
+  if (begin_.empty()) return faces;
+  const std::vector<Quad>& in_file = render_mesh.vertices[b].faces;
+  for (std::size_t f = 0; f < faces.size(); ++f)
+    for (int k = 0; k < 4; ++k) {
+      const int particle = faces[f][k];
+      if (particle < 0) continue;
+      // The vertex that the file names for this corner, unless tearing replaced its particle.
+      const int own = in_file.empty() ? -1 : begin_[b] + in_file[f][k];
+      faces[f][k] = own >= 0 && particle_[own] == particle ? own : lowest_[particle];
+    }
+  return faces;
 }
 
 std::vector<Vec3> FrameVertices::vertex_positions(std::vector<Vec3> of_particles) const {

@@ -13,6 +13,9 @@ class FrameVertices {
   explicit FrameVertices(const RenderMesh& render_mesh);
 
   std::size_t count() const { return particle_.empty() ? particles_ : particle_.size(); }
+
+  /// The topology of the frames. It reads the bodies' mesh files again, for what they say of polygons. Throws
+  /// InputError for a file that has changed since.
   FrameTopology topology(const Model& model) const;
 
   /// Maps positions (m) and velocities (m/s) of the particles, in the user's order, to the vertices. Unused vertices
@@ -24,6 +27,8 @@ class FrameVertices {
   std::vector<Vec3> particle_positions(std::vector<Vec3> of_vertices) const;
 
  private:
+  /// The faces of a body by vertices.
+  std::vector<Quad> faces_of(const RenderMesh& render_mesh, std::size_t body) const;
   std::vector<Vec3> spread(std::vector<Vec3> of_particles, const std::vector<Vec3>& of_unused) const;
   int particle_at(int vertex) const { return particle_.empty() ? vertex : particle_[vertex]; }
   int lowest_vertex(int particle) const { return lowest_.empty() ? particle : lowest_[particle]; }

@@ -42,6 +42,7 @@ std::unique_ptr<FrameFormat> make(const std::string& format, const fs::path& fol
   if (format == "pc2") return make_pc2(folder, topology, next);
   if (format == "ply") return make_ply(folder, topology, next);
   if (format == "obj") return make_obj(folder, topology, next);
+  if (format == "usda") return make_usda(folder, topology, next);
   if (format == "glb") return make_glb(folder, topology, next);
   throw std::invalid_argument("unknown frame format \"" + format + "\"");
 }

@@ -7,26 +7,49 @@
 #include <string>
 #include <vector>
 
+#include "host/mesh/polygons.h"
 #include "host/model/model.h"
 
 namespace malha {
 
-struct FrameBody {
-  std::string name;
-  int begin;  // index of its first point
+/// What other programs see as one object: a body, or an object of a body's file.
+struct FrameMesh {
+  std::string name;  // no other mesh has it
+  int body;          // its index in the scene
+  int begin;         // index of its first point
+  int polygon;       // index of its first polygon
+};
+
+/// A material of polygons.
+struct FrameMaterial {
+  std::string name;                    // no other material has it
+  std::string file;                    // the mesh file that uses it
+  std::string in_file;                 // its name there
+  int index;                           // in that file's list of materials
+  std::vector<std::string> libraries;  // what an OBJ file names as its files of materials
 };
 
 /// Topology that all frames share, in the user's numbering; several bodies are concatenated.
 struct FrameTopology {
-  std::vector<Quad> faces;          // a triangle has -1 as its fourth corner; may be empty
+  Polygons polygons;                // mesh by mesh, with the texture coordinates, groups and materials of their files
   std::vector<Edge> lines;          // edges that belong to no face
   std::vector<int> loose;           // points that belong to no face and no line
   std::vector<Vec3> rest;           // points at rest, m; every frame has as many
   bool in_double = false;           // writes doubles, not floats, in formats that have them (all but pc2)
   std::vector<int> unused{};        // points that no element uses, but that count in the numbering
-  std::vector<FrameBody> bodies{};  // at least one
-  std::span<const EnvironmentMesh> environment{};  // used by "glb" alone; it must outlive the writer
+  std::vector<FrameMesh> meshes{};  // at least one
+  std::vector<FrameMaterial> materials{};          // of the polygons
+  std::span<const EnvironmentMesh> environment{};  // used by "glb" and "usda" alone; it must outlive the writer
 };
+
+/// Returns the points of a mesh.
+template <class Points>
+auto points_of(const FrameTopology& topology, std::size_t mesh, Points&& points) {
+  const auto begin = static_cast<std::size_t>(topology.meshes[mesh].begin);
+  const bool last = mesh + 1 == topology.meshes.size();
+  const std::size_t end = last ? topology.rest.size() : static_cast<std::size_t>(topology.meshes[mesh + 1].begin);
+  return std::span(points).subspan(begin, end - begin);
+}
 
 /// Number of vertices of objects that deform, of which "glb" stores displacements as it does those of bodies.
 std::size_t deforming_vertices(std::span<const EnvironmentMesh> environment);
@@ -37,11 +60,13 @@ class FrameFormat;  // host/output/frame_formats.h
 
 /// Writes frames in any of these formats:
 ///   "vtp"  frame_000000.vtp ... (VTK PolyData, raw appended; point data "velocity") and frames.pvd with the times
-///   "pc2"  points.pc2 (PointCache2, one sample a frame, which knows floats only) and rest.obj with the same vertex
-///          order (Blender's Mesh Cache)
+///   "pc2"  points_NAME.pc2 for each mesh (PointCache2, one sample a frame, which knows floats only) and rest.obj with
+///          all of them in the same order of vertices (Blender's Mesh Cache)
 ///   "ply"  frame_000000.ply ... (binary; the velocity as vx, vy, vz)
 ///   "obj"  frame_000000.obj ... (as many digits as it takes to read back the same number)
 ///   "glb"  run.glb (glTF 2.0: bodies, environment, frames on a timeline), which appears at finish()
+///   "usda" run.usda (USD text: the same), which appears at finish()
+/// "obj", "pc2" and "glb" write the materials, the first two into materials.mtl.
 class FrameWriter {
  public:
   /// Makes the folder if it is missing. `next` is the index of the first frame to be written: frames of an earlier run

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // glTF 2.0 writer: one binary file of the bodies, the environment and all frames, for browsers, Blender and other
 // viewers. Layout: 12 bytes of header, a JSON chunk, a binary chunk. The binary chunk begins with the contents of a
-// GlbPart.
-#include <Eigen/Geometry>
+// FramePart.
 #include <algorithm>
 #include <limits>
 #include <stdexcept>
@@ -27,21 +26,24 @@ class Glb : public FrameFormat {
   Glb(const fs::path& folder, const FrameTopology& topology, int next)
       : path_(folder / "run.glb"),
         topology_(topology),
-        part_(path_, topology.rest.size() + deforming_vertices(topology.environment),
-              static_cast<std::size_t>(std::ranges::count_if(topology.environment, moves_rigidly)), next) {
-    for (std::size_t b = 0; b < topology.bodies.size(); ++b)
-      bodies_.push_back(centred(points_of(topology, b, topology.rest)));
+        vertices_(glb_vertices(topology)),
+        part_(path_, vertices_.point.size() + deforming_vertices(topology.environment),
+              moving_objects(topology.environment), next) {
+    for (std::size_t m = 0; m < topology.meshes.size(); ++m)
+      meshes_.push_back(centred(vertices_.gathered(m, topology.rest)));
     for (const EnvironmentMesh& object : topology.environment) {
-      if (moves_rigidly(object)) moving_.push_back({&object.spec.motion, centred(object.mesh.points).middle});
+      if (moves_rigidly(object)) {
+        const Float3 middle = centred(object.mesh.points).middle;
+        moving_.push_back({&object, {middle[0], middle[1], middle[2]}});
+      }
       if (deforms(object)) deforming_.push_back({&object, centred(object.mesh.points)});
     }
   }
 
   void write(const Frame& frame) override {
     numbers_.assign(1, static_cast<float>(frame.time));
-    for (const Moving& object : moving_) add_pose(object, frame.time);
-    for (std::size_t b = 0; b < bodies_.size(); ++b)
-      add_displacements(points_of(topology_, b, frame.points), bodies_[b]);
+    for (const auto& [object, middle] : moving_) append_pose(numbers_, *object, middle, frame.time);
+    for (std::size_t m = 0; m < meshes_.size(); ++m) add_displacements(vertices_.gathered(m, frame.points), meshes_[m]);
     for (const auto& [object, base] : deforming_) add_displacements(points_at(*object, frame.time), base);
     part_.write(numbers_);
   }
@@ -53,8 +55,8 @@ class Glb : public FrameFormat {
 
  private:
   struct Moving {
-    const std::vector<Keyframe>* motion;
-    Float3 middle;
+    const EnvironmentMesh* object;
+    Vec3 middle;
   };
 
   struct Deforming {
@@ -68,20 +70,11 @@ class Glb : public FrameFormat {
         numbers_.push_back(static_cast<float>(points[i][k] - base.middle[k] - base.points[i][k]));
   }
 
-  void add_pose(const Moving& object, double time) {
-    const Pose pose = pose_at(*object.motion, time);
-    const auto at = to_world(pose, {object.middle[0], object.middle[1], object.middle[2]});
-    const Eigen::Matrix3d turn = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(pose.r);
-    const Eigen::Vector4d quaternion = Eigen::Quaterniond(turn).normalized().coeffs();
-    for (const double x : {at.x, at.y, at.z, quaternion[0], quaternion[1], quaternion[2], quaternion[3]})
-      numbers_.push_back(static_cast<float>(x));
-  }
-
   void assemble() const {
     const MappedFile part(part_.path());
-    const GlbHeader header = glb_header(part.bytes());
+    const FramePartHeader header = frame_part_header(part.bytes());
     const std::string_view frames = part.bytes().substr(0, header.bytes(header.count));
-    GlbText text = glb_text(topology_, frames);
+    GlbText text = glb_text(topology_, vertices_, frames);
     text.json.resize((text.json.size() + 3) / 4 * 4, ' ');
     const std::uint64_t binary = frames.size() + text.rest.size();
     const std::uint64_t all = 12 + 8 + text.json.size() + 8 + binary;
@@ -101,8 +94,9 @@ class Glb : public FrameFormat {
 
   fs::path path_;
   FrameTopology topology_;
-  GlbPart part_;
-  std::vector<CentredPoints> bodies_;
+  GlbVertices vertices_;
+  FramePart part_;
+  std::vector<CentredPoints> meshes_;
   std::vector<Moving> moving_;
   std::vector<Deforming> deforming_;
   std::vector<float> numbers_;  // of the last frame; kept, because new memory pages cost more than the copies

@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// PointCache2 writer: one growing file of samples, and the mesh at rest beside it for Blender's or Maya's mesh cache.
+// PointCache2 writer: a growing file of samples for each mesh, and the meshes at rest beside them, for Blender's or
+// Maya's mesh cache.
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <set>
 #include <stdexcept>
 
 #include "host/animation/point_cache.h"
 #include "host/base/file.h"
 #include "host/base/mapped_file.h"
 #include "host/output/frame_formats.h"
+#include "host/output/materials.h"
 
 namespace malha {
 
@@ -16,20 +19,10 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Writes loose and unused points as lines of no length. Blender ignores "p" elements and drops vertices that no
-/// element uses, and the cache would no longer match.
-std::string elements(FrameTopology topology) {
-  for (const auto* points : {&topology.loose, &topology.unused})
-    for (const int point : *points) topology.lines.push_back({point, point});
-  topology.loose.clear();
-  return obj_elements(topology);
-}
-
-class Pc2 : public FrameFormat {
+/// One file of the samples of one mesh.
+class PointCache {
  public:
-  Pc2(const fs::path& folder, const FrameTopology& topology, int next)
-      : path_(folder / "points.pc2"), points_(topology.rest.size()), first_(next) {
-    write_whole(folder / "rest.obj", obj_text(topology.rest, topology.in_double, elements(topology)));
+  PointCache(const fs::path& path, std::size_t points, int next) : path_(path), points_(points), first_(next) {
     if (next > 0 && fs::exists(path_)) {
       resume(next);
     } else {
@@ -40,10 +33,10 @@ class Pc2 : public FrameFormat {
   }
 
   /// Writes the sample before the count, so that an interrupted write only leaves unused bytes after the last sample.
-  void write(const Frame& frame) override {
-    const std::int32_t sample = frame.index - first_, count = sample + 1;
+  void write(int frame, std::span<const Vec3> points) {
+    const std::int32_t sample = frame - first_, count = sample + 1;
     bytes_.clear();
-    for (const Vec3& x : frame.points) append(bytes_, x, false);
+    for (const Vec3& x : points) append(bytes_, x, false);
     overwrite(path_, {{bytes(sample), bytes_}, {offsetof(PointCacheHeader, samples), bytes_of(count)}});
   }
 
@@ -75,7 +68,37 @@ class Pc2 : public FrameFormat {
   std::string bytes_;  // of the last frame; kept, because new memory pages cost more than the copies
 };
 
+/// The meshes at rest as OBJ, and a point cache for each.
+class Pc2 : public FrameFormat {
+ public:
+  Pc2(const fs::path& folder, const FrameTopology& topology, int next) : topology_(topology) {
+    write_mtl(folder, topology);
+    write_whole(folder / "rest.obj", ObjDocument(topology, ObjDocument::LoosePoints::AsLines).text(topology.rest));
+    std::set<std::string> names;
+    for (std::size_t m = 0; m < topology.meshes.size(); ++m)
+      caches_.emplace_back(folder / ("points_" + file_stem(topology.meshes[m].name, names) + ".pc2"),
+                           points_of(topology, m, topology.rest).size(), next);
+  }
+
+  void write(const Frame& frame) override {
+    for (std::size_t m = 0; m < caches_.size(); ++m)
+      caches_[m].write(frame.index, points_of(topology_, m, frame.points));
+  }
+
+ private:
+  FrameTopology topology_;
+  std::vector<PointCache> caches_;
+};
+
 }  // namespace
+
+std::string file_stem(const std::string& name, std::set<std::string>& names) {
+  std::string stem = name.empty() || name[0] == '.' ? "_" + name : name;
+  for (char& letter : stem)
+    if (static_cast<unsigned char>(letter) < ' ' || std::strchr("/\\:*?\"<>|", letter)) letter = '_';
+  while (!names.insert(stem).second) stem += '_';
+  return stem;
+}
 
 std::unique_ptr<FrameFormat> make_pc2(const fs::path& folder, const FrameTopology& topology, int next) {
   return std::make_unique<Pc2>(folder, topology, next);

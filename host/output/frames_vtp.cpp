@@ -36,7 +36,7 @@ class Document {
     Cells verts, lines, polys;
     for (const int point : topology.loose) verts.add(std::array{point});
     for (const auto& line : topology.lines) lines.add(line);
-    for (const auto& face : topology.faces) polys.add(std::span<const int>(face).first(is_triangle(face) ? 3 : 4));
+    for (std::size_t f = 0; f < topology.polygons.count(); ++f) polys.add(topology.polygons.corners_of(f));
     const auto count = [](std::size_t n) { return "\"" + std::to_string(n) + "\""; };
     xml_ =
         "<?xml version=\"1.0\"?>\n"

@@ -4,7 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
+#include <numeric>
 #include <stdexcept>
+#include <utility>
 
 #include "host/attachments/object_motion.h"
 #include "host/base/build_info.h"
@@ -15,6 +18,8 @@
 
 #ifdef MALHA_HAS_GLTF
 #include <tiny_gltf.h>
+
+#include "host/output/glb_materials.h"
 #endif
 
 namespace malha {
@@ -32,6 +37,49 @@ CentredPoints centred(std::span<const Vec3> points) {
   return all;
 }
 
+std::vector<Vec3> GlbVertices::gathered(std::size_t mesh, std::span<const Vec3> points) const {
+  std::vector<Vec3> all;
+  for (std::size_t v = begin[mesh]; v < begin[mesh + 1]; ++v) all.push_back(points[static_cast<std::size_t>(point[v])]);
+  return all;
+}
+
+GlbVertices glb_vertices(const FrameTopology& topology) {
+  const Polygons& polygons = topology.polygons;
+  GlbVertices all;
+  std::size_t f = 0;
+  for (std::size_t m = 0; m < topology.meshes.size(); ++m) {
+    const bool last = m + 1 == topology.meshes.size();
+    const std::size_t begin = all.point.size();
+    const int first = topology.meshes[m].begin;
+    all.begin.push_back(begin);
+    for (std::size_t i = 0; i < points_of(topology, m, topology.rest).size(); ++i)
+      all.point.push_back(first + static_cast<int>(i));
+    std::vector<int> uv(all.point.size() - begin, -1);    // index of those of each vertex
+    std::map<std::pair<int, int>, std::uint32_t> copies;  // by point and texture coordinates
+    for (; f < (last ? polygons.count() : static_cast<std::size_t>(topology.meshes[m + 1].polygon)); ++f)
+      for (int c = polygons.begin[f]; c < polygons.begin[f + 1]; ++c) {
+        const int point = polygons.corners[static_cast<std::size_t>(c)];
+        const int own = polygons.uv.empty() ? -1 : polygons.corner_uv[static_cast<std::size_t>(c)];
+        auto vertex = static_cast<std::uint32_t>(point - first);
+        if (own >= 0 && uv[vertex] < 0) uv[vertex] = own;
+        if (own >= 0 &&
+            polygons.uv[static_cast<std::size_t>(uv[vertex])] != polygons.uv[static_cast<std::size_t>(own)]) {
+          const auto [known, is_new] = copies.try_emplace({point, own}, static_cast<std::uint32_t>(uv.size()));
+          if (is_new) all.point.push_back(point), uv.push_back(own);
+          vertex = known->second;
+        }
+        all.of_corner.push_back(vertex);
+      }
+    if (!polygons.uv.empty())
+      for (const int own : uv) {
+        const auto [u, v] = own < 0 ? std::array<double, 2>{} : polygons.uv[static_cast<std::size_t>(own)];
+        all.uv.push_back({static_cast<float>(u), static_cast<float>(1 - v)});
+      }
+  }
+  all.begin.push_back(all.point.size());
+  return all;
+}
+
 #ifdef MALHA_HAS_GLTF
 
 namespace {
@@ -40,47 +88,63 @@ namespace gltf = tinygltf;
 
 std::vector<double> as_doubles(std::span<const float> floats) { return {floats.begin(), floats.end()}; }
 
-/// Corners of triangles, ends of lines and loose points, numbered within a body.
+/// Corners of triangles, ends of lines and loose points, numbered within a mesh.
 struct Elements {
-  std::vector<std::uint32_t> triangles, lines, loose;
+  std::map<int, std::vector<std::uint32_t>> triangles;  // by material; -1: none
+  std::vector<std::uint32_t> lines, loose;
 };
 
-void add_triangles(std::vector<std::uint32_t>& corners, const Quad& face, int begin) {
-  for (const int last : {2, 3}) {  // a quad a b c d becomes a b c, a c d
-    if (face[last] < 0) continue;
-    for (const int k : {0, last - 1, last}) corners.push_back(static_cast<std::uint32_t>(face[k] - begin));
+/// Adds a polygon in triangles: a quad a b c d as a b c and a c d, others as they are triangulated at rest.
+void add_triangles(std::vector<std::uint32_t>& corners, std::span<const std::uint32_t> polygon,
+                   const std::vector<Vec3>& points) {
+  if (polygon.size() <= 4) {
+    for (std::size_t last = 2; last < polygon.size(); ++last)
+      corners.insert(corners.end(), {polygon[0], polygon[last - 1], polygon[last]});
+    return;
   }
+  std::vector<int> places(polygon.size());
+  std::iota(places.begin(), places.end(), 0);
+  for (const Triangle& triangle : triangulate(points, places))
+    for (const int k : triangle) corners.push_back(polygon[static_cast<std::size_t>(k)]);
 }
 
-std::vector<Elements> elements_by_body(const FrameTopology& topology) {
-  std::vector<Elements> all(topology.bodies.size());
-  const auto body_of = [&](int point) {
-    return std::ranges::upper_bound(topology.bodies, point, {}, &FrameBody::begin) - topology.bodies.begin() - 1;
+std::vector<Elements> elements_by_mesh(const FrameTopology& topology, const GlbVertices& vertices) {
+  std::vector<Elements> all(topology.meshes.size());
+  const Polygons& polygons = topology.polygons;
+  std::size_t mesh = 0;
+  for (std::size_t f = 0; f < polygons.count(); ++f) {
+    while (mesh + 1 < all.size() && static_cast<std::size_t>(topology.meshes[mesh + 1].polygon) <= f) ++mesh;
+    std::vector<Vec3> points;
+    for (const int point : polygons.corners_of(f)) points.push_back(topology.rest[static_cast<std::size_t>(point)]);
+    const auto corners =
+        std::span(vertices.of_corner).subspan(static_cast<std::size_t>(polygons.begin[f]), points.size());
+    add_triangles(all[mesh].triangles[polygons.material.empty() ? -1 : polygons.material[f]], corners, points);
+  }
+  const auto mesh_of = [&](int point) {
+    return static_cast<std::size_t>(std::ranges::upper_bound(topology.meshes, point, {}, &FrameMesh::begin) -
+                                    topology.meshes.begin() - 1);
   };
-  const auto own = [&](int point) {
-    return static_cast<std::uint32_t>(point - topology.bodies[static_cast<std::size_t>(body_of(point))].begin);
-  };
-  const auto of = [&](int point) -> Elements& { return all[static_cast<std::size_t>(body_of(point))]; };
-  for (const Quad& face : topology.faces) add_triangles(of(face[0]).triangles, face, face[0] - int(own(face[0])));
+  const auto own = [&](int point) { return static_cast<std::uint32_t>(point - topology.meshes[mesh_of(point)].begin); };
   for (const Edge& line : topology.lines)
-    of(line[0]).lines.insert(of(line[0]).lines.end(), {own(line[0]), own(line[1])});
-  for (const int point : topology.loose) of(point).loose.push_back(own(point));
+    for (const int point : line) all[mesh_of(line[0])].lines.push_back(own(point));
+  for (const int point : topology.loose) all[mesh_of(point)].loose.push_back(own(point));
   return all;
 }
 
 class Writer {
  public:
-  Writer(const FrameTopology& topology, std::string_view frames)
-      : topology_(topology), frames_(frames), header_(glb_header(frames)) {
+  Writer(const FrameTopology& topology, const GlbVertices& vertices, std::string_view frames)
+      : topology_(topology), vertices_(vertices), frames_(frames), header_(frame_part_header(frames)) {
     model_.asset.version = "2.0";
     model_.asset.generator = std::string("malha ") + version();
     model_.scenes.emplace_back();
     model_.defaultScene = 0;
     model_.animations.emplace_back().name = "run";
     for (int k = 0; k < header_.count; ++k)
-      frame_view_.push_back(view(header_.bytes(k) + 4 * (header_.numbers() - 3 * vertices()), 12 * vertices(), 12));
+      frame_view_.push_back(view(header_.bytes(k) + 4 * (header_.numbers() - 3 * stored()), 12 * stored(), 12));
     add_times();
-    add_bodies();
+    add_materials();
+    add_meshes();
     add_environment();
   }
 
@@ -95,7 +159,7 @@ class Writer {
   }
 
  private:
-  std::size_t vertices() const { return static_cast<std::size_t>(header_.vertices); }
+  std::size_t stored() const { return static_cast<std::size_t>(header_.vertices); }
   const float* frame(int k) const { return reinterpret_cast<const float*>(frames_.data() + header_.bytes(k)); }
 
   template <class T>
@@ -192,15 +256,23 @@ class Writer {
   }
 
   int add_node(const std::string& name, const CentredPoints& at_start, const Elements& elements,
-               const std::vector<int>& targets, const Float3& colour) {
+               const std::vector<int>& targets, const Float3& colour, std::span<const std::array<float, 2>> uv = {}) {
     gltf::Primitive like;
     const std::size_t count = at_start.points.size();
     like.attributes["POSITION"] = points(put(at_start.points, 12), 0, at_start.points[0].data(), count);
-    like.material = material(name, colour);
+    if (!uv.empty())
+      like.attributes["TEXCOORD_0"] = accessor(put(std::vector(uv.begin(), uv.end()), 8), TINYGLTF_TYPE_VEC2, count);
     for (const int target : targets) like.targets.push_back({{"POSITION", target}});
     gltf::Mesh mesh;
     mesh.name = name;
-    add_primitive(mesh, like, TINYGLTF_MODE_TRIANGLES, elements.triangles);
+    // A mesh without materials of its own has the colour of the pictures.
+    int coloured = -1;
+    const auto colour_of_pictures = [&] { return coloured < 0 ? coloured = material(name, colour) : coloured; };
+    for (const auto& [of, triangles] : elements.triangles) {
+      like.material = of < 0 ? colour_of_pictures() : materials_[static_cast<std::size_t>(of)];
+      add_primitive(mesh, like, TINYGLTF_MODE_TRIANGLES, triangles);
+    }
+    if (!elements.lines.empty() || !elements.loose.empty()) like.material = colour_of_pictures();
     add_primitive(mesh, like, TINYGLTF_MODE_LINE, elements.lines);
     add_primitive(mesh, like, TINYGLTF_MODE_POINTS, elements.loose);
     if (!targets.empty()) {
@@ -216,27 +288,43 @@ class Writer {
 
   /// Adds a node whose vertices are displaced in every frame; `begin` is the number of its first vertex.
   void add_deforming_node(const std::string& name, const CentredPoints& at_start, const Elements& elements,
-                          std::size_t begin, const Float3& colour) {
+                          std::size_t begin, const Float3& colour, std::span<const std::array<float, 2>> uv = {}) {
     std::vector<int> targets;
     for (int k = 0; k < header_.count; ++k)
       targets.push_back(points(frame_view_[static_cast<std::size_t>(k)], 12 * begin,
-                               frame(k) + header_.numbers() - 3 * vertices() + 3 * begin, at_start.points.size()));
-    animate(add_node(name, at_start, elements, targets, colour), "weights", weights_);
+                               frame(k) + header_.numbers() - 3 * stored() + 3 * begin, at_start.points.size()));
+    animate(add_node(name, at_start, elements, targets, colour, uv), "weights", weights_);
   }
 
-  void add_bodies() {
-    const std::vector<Elements> elements = elements_by_body(topology_);
-    for (std::size_t b = 0; b < topology_.bodies.size(); ++b)
-      add_deforming_node(printable(topology_.bodies[b].name), centred(points_of(topology_, b, topology_.rest)),
-                         elements[b], static_cast<std::size_t>(topology_.bodies[b].begin),
-                         body_colour(static_cast<int>(b)));
+  void add_materials() {
+    GlbMaterials materials(model_, [this](std::string_view bytes) {
+      const int view = put(std::vector<char>(bytes.begin(), bytes.end()));
+      rest_.resize((rest_.size() + 3) / 4 * 4);  // what follows begins at a multiple of its numbers' size
+      return view;
+    });
+    for (const FrameMaterial& one : topology_.materials) materials_.push_back(materials.add(one));
+  }
+
+  void add_meshes() {
+    const std::vector<Elements> elements = elements_by_mesh(topology_, vertices_);
+    for (std::size_t m = 0; m < topology_.meshes.size(); ++m) {
+      const std::size_t begin = vertices_.begin[m], count = vertices_.begin[m + 1] - begin;
+      const auto uv =
+          std::span(vertices_.uv).subspan(vertices_.uv.empty() ? 0 : begin, vertices_.uv.empty() ? 0 : count);
+      add_deforming_node(topology_.meshes[m].name, centred(vertices_.gathered(m, topology_.rest)), elements[m], begin,
+                         body_colour(topology_.meshes[m].body), uv);
+    }
   }
 
   void add_environment() {
-    std::size_t moving = 0, begin = topology_.rest.size();
+    std::size_t moving = 0, begin = vertices_.point.size();
     for (const EnvironmentMesh& object : topology_.environment) {
       Elements elements;
-      for (const Quad& face : object.mesh.faces) add_triangles(elements.triangles, face, 0);
+      for (const Quad& face : object.mesh.faces) {
+        std::vector<std::uint32_t> corners;
+        for (int k = 0; k < (is_triangle(face) ? 3 : 4); ++k) corners.push_back(static_cast<std::uint32_t>(face[k]));
+        add_triangles(elements.triangles[-1], corners, object.mesh.points);
+      }
       const std::string name = printable(object.spec.name);
       const CentredPoints at_start = centred(object.mesh.points);
       if (deforms(object)) {
@@ -272,21 +360,27 @@ class Writer {
   }
 
   const FrameTopology& topology_;
+  const GlbVertices& vertices_;
   std::string_view frames_;
-  GlbHeader header_;
+  FramePartHeader header_;
   gltf::Model model_;
   std::string rest_;
   std::vector<int> frame_view_;
+  std::vector<int> materials_;     // of the topology
   int times_ = -1, weights_ = -1;  // accessor, sampler
 };
 
 }  // namespace
 
-GlbText glb_text(const FrameTopology& topology, std::string_view frames) { return Writer(topology, frames).text(); }
+GlbText glb_text(const FrameTopology& topology, const GlbVertices& vertices, std::string_view frames) {
+  return Writer(topology, vertices, frames).text();
+}
 
 #else
 
-GlbText glb_text(const FrameTopology&, std::string_view) { throw std::logic_error("built without tinygltf"); }
+GlbText glb_text(const FrameTopology&, const GlbVertices&, std::string_view) {
+  throw std::logic_error("built without tinygltf");
+}
 
 #endif
 

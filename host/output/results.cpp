@@ -14,7 +14,7 @@ namespace {
 /// Returns whether a file is a frame or a picture, or the temporary file of one that a killed run left.
 bool is_ours(const fs::path& path) {
   static const std::regex ours(
-      "(frames\\.pvd|points\\.pc2|rest\\.obj|run\\.glb|run\\.glb\\.part|picture_[0-9]+\\.png|"
+      "(frames\\.pvd|points_.*\\.pc2|rest\\.obj|materials\\.mtl|run\\.(glb|usda)(\\.part)?|picture_[0-9]+\\.png|"
       "frame_[0-9]+\\.(vtp|ply|obj))(\\.tmp)?");
   return std::regex_match(path.filename().string(), ours);
 }

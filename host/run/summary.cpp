@@ -91,8 +91,15 @@ std::string list_results(const Results& results) {
   line("storyboard  ", results.storyboard, "");
   line("pictures    ", results.pictures, "/");
   line("frames      ", results.frames / "frames.pvd", " (ParaView)");
-  line("frames      ", results.frames / "points.pc2", " with rest.obj (Blender, Maya)");
+  if (fs::exists(results.frames / "rest.obj")) {
+    std::vector<fs::path> caches;
+    for (const auto& entry : fs::directory_iterator(results.frames))
+      if (entry.path().extension() == ".pc2") caches.push_back(entry.path());
+    std::ranges::sort(caches);
+    for (const fs::path& cache : caches) line("frames      ", cache, " with rest.obj (Blender, Maya)");
+  }
   line("frames      ", results.frames / "run.glb", " (browsers, Blender)");
+  line("frames      ", results.frames / "run.usda", " (Houdini, Blender, Omniverse)");
   for (const char* series : {"frame_000000.ply", "frame_000000.obj"})
     line("frames      ", results.frames / series, " ...");
   line("replay      ", results.page, " (open it in a browser)");

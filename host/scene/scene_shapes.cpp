@@ -175,6 +175,13 @@ Field meshed_or_exact(const std::string& key, Shape& shape, std::optional<Value>
   return field;
 }
 
+/// What may stand beside the path of a mesh file.
+Fields fields_of_file(MeshFile& file) {
+  return {written_if(!file.part.object.empty(), field("object", file.part.object)),
+          written_if(!file.part.group.empty(), field("group", file.part.group)),
+          field("weld", file.weld, at_least(0, "m"))};
+}
+
 Fields kinds_of_shapes(Shape& shape, ShapeUse use, const std::string& folder) {
   Fields kinds{mesh_field(shape, folder),
                alternative<GridShape>("grid", shape),
@@ -204,18 +211,23 @@ void refuse_exact(const JsonReader& at, const Shape& shape) {
 
 Field shape_field(Shape& shape, ShapeUse use, const std::string& folder) {
   const auto read = [&shape, use, folder](const JsonReader& at) {
-    std::optional<double> weld;
+    MeshFile of_file;
     Shape found;
-    at.one_of(kinds_of_shapes(found, use, folder), {field("weld", weld, at_least(0, "m"))});
-    if (weld && !std::holds_alternative<MeshFile>(found))
-      at.at("weld").refuse("'weld' beside a generated shape", "'weld' beside 'mesh'");
-    if (weld) std::get<MeshFile>(found).weld = weld;
+    at.one_of(kinds_of_shapes(found, use, folder), fields_of_file(of_file));
+    if (auto* file = std::get_if<MeshFile>(&found)) {
+      file->weld = of_file.weld, file->part = of_file.part;
+    } else {
+      for (const char* key : {"object", "group", "weld"})
+        if (at.has(key))
+          at.at(key).refuse("'" + std::string(key) + "' beside a generated shape",
+                            "'" + std::string(key) + "' beside 'mesh'");
+    }
     if (use == ShapeUse::Body && is_exact(found)) refuse_exact(at, found);
     shape = found;
   };
   return {"shape", read, false, [&shape, folder](Json& json) {
             json["shape"] = write(kinds_of_shapes(shape, ShapeUse::Any, folder));
-            if (const auto* file = std::get_if<MeshFile>(&shape)) write_to(json["shape"], "weld", file->weld);
+            if (auto* file = std::get_if<MeshFile>(&shape)) json["shape"].update(write(fields_of_file(*file)));
           }};
 }
 

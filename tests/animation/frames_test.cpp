@@ -37,18 +37,19 @@ class PointCache : public testing::Test {
   /// A point cache by malha's own writer, with the triangle at these heights.
   std::string write(const std::vector<double>& heights) {
     FrameTopology topology;
-    topology.faces = {{0, 1, 2, -1}}, topology.rest = triangle_at(1);
-    const auto format = make_pc2((folder_ / "points.pc2").parent_path(), topology, 0);
+    topology.polygons = polygons_of({{0, 1, 2, -1}}), topology.rest = triangle_at(1);
+    topology.meshes = {{"sheet", 0, 0, 0}};
+    const auto format = make_pc2((folder_ / "rest.obj").parent_path(), topology, 0);
     for (std::size_t i = 0; i < heights.size(); ++i) {
       const std::vector<Vec3> points = triangle_at(heights[i]);
       format->write({static_cast<int>(i), 0, points, points});
     }
-    return (folder_ / "points.pc2").string();
+    return (folder_ / "points_sheet.pc2").string();
   }
   /// The cache with one of its header's or samples' numbers replaced.
   template <class T>
   std::string changed(std::size_t byte, T value) {
-    std::string bytes = bytes_of(folder_ / "points.pc2");
+    std::string bytes = bytes_of(folder_ / "points_sheet.pc2");
     std::memcpy(bytes.data() + byte, &value, sizeof value);
     return folder_.write("changed.pc2", bytes);
   }

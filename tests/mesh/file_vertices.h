@@ -124,6 +124,7 @@ inline DrawnObj drawn_obj(const std::string& text) {
     std::istringstream words(line);
     std::string kind;
     words >> kind;
+    if (kind == "o") continue;
     if (kind == "v") {
       Vec3& place = drawn.places.emplace_back();
       for (double& x : place) words >> x;

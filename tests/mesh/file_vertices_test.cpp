@@ -147,7 +147,7 @@ TEST(FileVertices, ThatNothingUsesCountInEveryFormatOfFramesAndAreDrawnByNone) {
   for (const int i : all.unused) dots.push_back({i, i});
   EXPECT_EQ(rest.lines, dots);
   std::int32_t points = 0;
-  std::memcpy(&points, bytes_of(folder / "out/frames/points.pc2").data() + 16, sizeof points);
+  std::memcpy(&points, bytes_of(folder / "out/frames/points_sheet.pc2").data() + 16, sizeof points);
   EXPECT_EQ(std::to_string(points), count);
 }
 

@@ -45,10 +45,13 @@ class Frames : public testing::Test {
 
   /// A quad and a triangle that share an edge, a line of two segments, one loose particle.
   static FrameTopology topology() {
-    return {{{0, 1, 2, 3}, {1, 4, 2, -1}},
-            {{5, 6}, {6, 7}},
-            {8},
-            {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {2, 0.5f, 0}, {0, 2, 0}, {1, 2, 0}, {2, 2, 0}, {3, 3, 3}}};
+    FrameTopology all{
+        polygons_of({{0, 1, 2, 3}, {1, 4, 2, -1}}),
+        {{5, 6}, {6, 7}},
+        {8},
+        {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {2, 0.5f, 0}, {0, 2, 0}, {1, 2, 0}, {2, 2, 0}, {3, 3, 3}}};
+    all.meshes = {{"sheet", 0, 0, 0}};
+    return all;
   }
 
   /// Points and velocities that differ from frame to frame and do not round to anything short.
@@ -174,7 +177,7 @@ TEST_F(Frames, PvdIsValidAfterEveryFrame) {
 TEST_F(Frames, Pc2HeaderCountsEveryFrameAsItIsWritten) {
   FrameWriter writer(folder_, {"pc2"}, topology());
   for (int frame = 0; frame < 3; ++frame) {
-    const std::string file = read("points.pc2");
+    const std::string file = read("points_sheet.pc2");
     EXPECT_EQ(file.substr(0, 12), std::string("POINTCACHE2\0", 12));
     EXPECT_EQ(at<std::int32_t>(file, 12), 1);      // version
     EXPECT_EQ(at<std::int32_t>(file, 16), 9);      // points
@@ -191,6 +194,7 @@ TEST_F(Frames, Pc2HeaderCountsEveryFrameAsItIsWritten) {
 
 /// The contents of an OBJ file: element lines by their letter.
 struct ObjFile {
+  std::string name;  // of its object
   std::vector<Vec3> points;
   std::map<std::string, std::vector<Ints>> elements;
 
@@ -204,6 +208,8 @@ struct ObjFile {
         Vec3 p{};
         for (double& x : p) words >> word, x = std::strtod(word.c_str(), nullptr);
         points.push_back(p);
+      } else if (kind == "o") {
+        std::getline(words >> std::ws, name);
       } else {
         Ints corners;
         while (words >> word) corners.push_back(std::stoi(word));
@@ -224,6 +230,7 @@ TEST_F(Frames, RestObjBesideThePointCacheKeepsOrderAndQuads) {
   const std::map<std::string, std::vector<Ints>> expected{{"f", {{1, 2, 3, 4}, {2, 5, 3}}},
                                                           {"l", {{6, 7}, {7, 8}, {9, 9}}}};
   EXPECT_EQ(rest.elements, expected);
+  EXPECT_EQ(rest.name, "sheet");
 }
 
 TEST_F(Frames, ObjReadsBackToTheSameFloats) {
@@ -252,7 +259,7 @@ TEST_F(Frames, InDoubleReadBackToTheBit) {
   EXPECT_EQ(ply.size(), place + 46) << "faces and edges as ever";
   EXPECT_EQ(ObjFile(read("frame_000000.obj")).points, moved_in_double(2));
   EXPECT_EQ(ObjFile(read("rest.obj")).points[4], (Vec3{2, kThird, 0}));
-  EXPECT_EQ(many<P>(read("points.pc2"), 32, 9), to_floats(moved_in_double(2))) << "the format knows floats only";
+  EXPECT_EQ(many<P>(read("points_sheet.pc2"), 32, 9), to_floats(moved_in_double(2))) << "the format knows floats only";
 }
 
 TEST_F(Frames, PlyHoldsPointsVelocitiesFacesAndEdges) {
@@ -260,7 +267,7 @@ TEST_F(Frames, PlyHoldsPointsVelocitiesFacesAndEdges) {
   const std::string file = read("frame_000001.ply");
   const auto end = file.find("end_header\n");
   EXPECT_EQ(file.substr(0, end),
-            "ply\nformat binary_little_endian 1.0\nelement vertex 9\n"
+            "ply\nformat binary_little_endian 1.0\ncomment object 0 sheet\nelement vertex 9\n"
             "property float x\nproperty float y\nproperty float z\n"
             "property float vx\nproperty float vy\nproperty float vz\n"
             "element face 2\nproperty list uchar int vertex_indices\n"
@@ -305,14 +312,14 @@ TEST_F(Frames, OnlyItsOwnFramesAreRemoved) {
 
 TEST_F(Frames, ContinuingIntoAnEmptyFolderStartsAtThatFrame) {
   run({"vtp", "pc2"}, 7, 9);
-  const std::string cache = read("points.pc2");
+  const std::string cache = read("points_sheet.pc2");
   EXPECT_EQ(at<float>(cache, 20), 7.0f);
   EXPECT_EQ(at<std::int32_t>(cache, 28), 2);
   EXPECT_EQ(collection(read("frames.pvd")),
             (std::map<std::string, double>{{"frame_000007.vtp", 1.75}, {"frame_000008.vtp", 2.0}}));
   run({"pc2"}, 8, 10);  // the first frame of the cache is honoured
-  EXPECT_EQ(at<std::int32_t>(read("points.pc2"), 28), 3);
-  EXPECT_EQ(many<P>(read("points.pc2"), 32 + 2 * 108, 9), moved(9));
+  EXPECT_EQ(at<std::int32_t>(read("points_sheet.pc2"), 28), 3);
+  EXPECT_EQ(many<P>(read("points_sheet.pc2"), 32 + 2 * 108, 9), moved(9));
 }
 
 /// The message of the std::runtime_error that `act` throws.
@@ -328,14 +335,14 @@ std::string complaint(F&& act) {
 
 TEST_F(Frames, PointCacheThatDoesNotContinueIsRefusedAndKept) {
   run({"pc2"}, 0, 2);
-  const std::string before = read("points.pc2");
+  const std::string before = read("points_sheet.pc2");
   const auto continue_at_five = [&] { FrameWriter(folder_, {"pc2"}, topology(), 5); };
   EXPECT_EQ(complaint(continue_at_five),
-            (folder_ / "points.pc2").string() + ": does not continue at frame 5: found frames 0 to 1");
-  EXPECT_EQ(read("points.pc2"), before);
-  write_whole(folder_ / "points.pc2", "POINTCACHE2");
+            (folder_ / "points_sheet.pc2").string() + ": does not continue at frame 5: found frames 0 to 1");
+  EXPECT_EQ(read("points_sheet.pc2"), before);
+  write_whole(folder_ / "points_sheet.pc2", "POINTCACHE2");
   EXPECT_NE(complaint(continue_at_five).find("found no point cache of 9 points"), std::string::npos);
-  EXPECT_EQ(read("points.pc2"), "POINTCACHE2");
+  EXPECT_EQ(read("points_sheet.pc2"), "POINTCACHE2");
 }
 
 TEST_F(Frames, FullDiskIsAnErrorThatNamesTheFileAndKeepsEarlierFrames) {
@@ -350,10 +357,10 @@ TEST_F(Frames, FullDiskIsAnErrorThatNamesTheFileAndKeepsEarlierFrames) {
   EXPECT_FALSE(fs::exists(folder_ / "frame_000001.vtp"));
   EXPECT_FALSE(fs::is_symlink(folder_ / "frame_000001.vtp.tmp"));
 
-  fs::remove(folder_ / "points.pc2");
-  fs::create_symlink("/dev/full", folder_ / "points.pc2");
+  fs::remove(folder_ / "points_sheet.pc2");
+  fs::create_symlink("/dev/full", folder_ / "points_sheet.pc2");
   EXPECT_EQ(complaint([&] { write(writer, 1); }),
-            (folder_ / "points.pc2").string() + ": cannot write: No space left on device");
+            (folder_ / "points_sheet.pc2").string() + ": cannot write: No space left on device");
 }
 
 TEST_F(Frames, FolderThatCannotBeMadeIsAnErrorThatNamesIt) {

@@ -84,6 +84,7 @@ struct ObjOfFrame {
     std::snprintf(name, sizeof name, "frame_%06d.obj", index);
     std::istringstream text(bytes_of(frames / name));
     for (std::string line; std::getline(text, line);) {
+      if (line[0] == 'o') continue;
       std::istringstream words(line.substr(1));
       std::vector<int> corners;
       Vec3 x{};

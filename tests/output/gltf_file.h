@@ -69,11 +69,11 @@ class GltfFile {
 /// One body of a quad, a triangle, a line, a loose point and an unused vertex.
 inline FrameTopology of_all_kinds() {
   FrameTopology all{
-      {{0, 1, 2, 3}, {1, 4, 2, -1}},
+      polygons_of({{0, 1, 2, 3}, {1, 4, 2, -1}}),
       {{5, 6}},
       {7},
       {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {2, 0.5, 0}, {0, 2, 0}, {1, 2, 0}, {3, 3, 3}, {9, 0, 0}}};
-  all.unused = {8}, all.bodies = {{"all", 0}};
+  all.unused = {8}, all.meshes = {{"all", 0, 0, 0}};
   return all;
 }
 

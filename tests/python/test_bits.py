@@ -56,6 +56,6 @@ def test_a_whole_run_leaves_what_the_command_leaves(tmp_path):
     simulation = malha.Simulation(scene, threads=1)
     simulation.step(20)
     assert report["state_hash"] == simulation.state_hash
-    assert (tmp_path / "out" / "frames" / "points.pc2").exists()
+    assert (tmp_path / "out" / "frames" / "points_cloth.pc2").exists()
     with pytest.raises(malha.InputError, match="is not before|allowed"):
         malha.run(scene, tmp_path / "out", resume=True)

@@ -48,7 +48,7 @@ def test_a_gallery_shows_both_methods(tmp_path):
 
 def test_frames_are_read_as_they_were_written(tmp_path):
     assert "181 frames of 315 vertices" in run_example("frames", tmp_path, "--run", "run")
-    frames = runpy.run_path(str(EXAMPLES / "frames.py"))["read_pc2"](pathlib.Path(tmp_path, "run/frames/points.pc2"))
+    frames = runpy.run_path(str(EXAMPLES / "frames.py"))["read_pc2"](pathlib.Path(tmp_path, "run/frames/points_flag.pc2"))
     assert frames.shape == (181, 315, 3) and np.isfinite(frames).all()
     assert np.ptp(frames[:, 0], axis=0).max() < 1e-6, "a pinned corner stays"
 

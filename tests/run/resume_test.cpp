@@ -18,7 +18,7 @@ void PrintTo(const ResumedKind& kind, std::ostream* out) { *out << kind.name; }
 class Resume : public testing::TestWithParam<ResumedKind> {
  protected:
   Resume() : scene_(swinging_sheet(GetParam().environment, GetParam().precision)) {
-    scene_["outputs"]["frames"] = {{"every", 3}, {"formats", {"vtp", "pc2", "ply", "obj"}}};
+    scene_["outputs"]["frames"] = {{"every", 3}, {"formats", {"vtp", "pc2", "ply", "obj", "usda"}}};
     if (has_gltf()) scene_["outputs"]["frames"]["formats"].push_back("glb");
     scene_["outputs"]["pictures"] = {{"size", {16, 16}}};
     run_quietly(scene_, {.out = (folder_ / "whole").string()});
@@ -30,8 +30,8 @@ class Resume : public testing::TestWithParam<ResumedKind> {
     auto whole = files_in(folder_ / "whole"), parts = files_in(folder_ / out);
     EXPECT_EQ(Json::parse(parts["report.json"])["state_hash"], Json::parse(whole["report.json"])["state_hash"]);
     for (auto* files : {&whole, &parts}) files->erase("report.json"), files->erase("storyboard.png");
-    EXPECT_EQ(whole.size(), 3u * 14 + 5 + has_gltf())
-        << "frames of steps 0 to 39, and frames.pvd, points.pc2, rest.obj, run.glb";
+    EXPECT_EQ(whole.size(), 3u * 14 + 7 + has_gltf())
+        << "frames of steps 0 to 39, and frames.pvd, points_sheet.pc2, rest.obj, run.usda and its part, run.glb";
     ASSERT_EQ(parts.size(), whole.size());
     for (const auto& [name, bytes] : whole) EXPECT_TRUE(parts[name] == bytes) << name << " differs";
   }

@@ -21,7 +21,7 @@ TEST(Run, WritesAFrameOfTheStartAndOfEveryNthStepInEveryFormat) {
   Json scene = swinging_sheet(false);
   scene["outputs"]["frames"] = frames(3, {"vtp", "pc2", "ply", "obj"});
   run_quietly(scene, {.out = (folder / "out").string(), .steps = 20});
-  std::vector<std::string> expected{"checkpoint.malha", "frames/frames.pvd", "frames/points.pc2", "frames/rest.obj",
+  std::vector<std::string> expected{"checkpoint.malha", "frames/frames.pvd", "frames/points_sheet.pc2", "frames/rest.obj",
                                     "report.json"};
   for (int frame = 0; frame <= 6; ++frame)  // steps 0, 3, .. 18
     for (const char* extension : {".vtp", ".ply", ".obj"})
@@ -32,7 +32,7 @@ TEST(Run, WritesAFrameOfTheStartAndOfEveryNthStepInEveryFormat) {
   for (const auto& [name, bytes] : files) found.push_back(name);
   EXPECT_EQ(found, expected);
   std::int32_t samples = 0;
-  std::memcpy(&samples, files["frames/points.pc2"].data() + 28, sizeof samples);  // the header's last number
+  std::memcpy(&samples, files["frames/points_sheet.pc2"].data() + 28, sizeof samples);  // the header's last number
   EXPECT_EQ(samples, 7);
   for (const char* time : {"\"0\"", "\"0.06\"", "\"0.12\"", "\"0.18\"", "\"0.24\"", "\"0.3\"", "\"0.36\""})
     EXPECT_NE(files["frames/frames.pvd"].find(std::string("timestep=") + time), std::string::npos) << time;

@@ -37,7 +37,7 @@ TEST_F(Command, RunsASceneAndSaysAtTheEndWhatAPersonWants) {
         " times real time\n", "\nstrain      ", "\ncontacts    ", "\nreport      out/scene/report.json\n",
         "\npicture     out/scene/picture.png\n", "\nstoryboard  out/scene/storyboard.png\n",
         "\nframes      out/scene/frames/frames.pvd (ParaView)\n",
-        "\nframes      out/scene/frames/points.pc2 with rest.obj (Blender, Maya)\n"})
+        "\nframes      out/scene/frames/points_sheet.pc2 with rest.obj (Blender, Maya)\n"})
     EXPECT_TRUE(has(ended.out, line)) << line << " is not in\n" << ended.out;
   EXPECT_EQ(report()["status"], "finished");
   EXPECT_TRUE(exists("out/scene/frames/frame_000040.vtp"));

@@ -21,7 +21,8 @@ constexpr double kSize = 2, kMass = 1;  // m, kg
 
 /// Writes the mesh into the folder and returns the file's path.
 std::string write_ply(const Mesh& mesh, const std::filesystem::path& folder) {
-  const FrameTopology topology{mesh.faces, {}, {}, mesh.points};
+  FrameTopology topology{polygons_of(mesh.faces), {}, {}, mesh.points};
+  topology.meshes = {{"sheet", 0, 0, 0}};
   const std::vector<Vec3> still(topology.rest.size());
   FrameWriter(folder, {"ply"}, topology).write(0, topology.rest, still);
   return (folder / "frame_000000.ply").string();

@@ -82,7 +82,7 @@ void deform(const GltfScene& file, const GltfPose& pose, const Affine& map, std:
 
 void select_vertices(GltfScene& file, std::span<const int> vertices) {
   GltfScene left = file;
-  left.points.clear(), left.faces.clear(), left.influences.clear(), left.targets.clear();
+  left.points.clear(), left.triangles = {}, left.influences.clear(), left.targets.clear();
   left.influence_begin.assign(1, 0);
   std::vector<std::vector<int>> places(file.points.size());  // of each vertex, in `vertices`
   for (const int v : vertices) {
@@ -104,25 +104,17 @@ void select_vertices(GltfScene& file, std::span<const int> vertices) {
   file = std::move(left);
 }
 
-Mesh read_gltf(const std::string& file, std::string_view data) {
-  GltfScene gltf = read_gltf_scene(file, data);
-  Mesh mesh;
-  mesh.points.resize(gltf.points.size());
-  deform(gltf, gltf.rest, {}, mesh.points);
-  mesh.faces = std::move(gltf.faces);
-  return mesh;
-}
-
-Mesh read_gltf_texture(const std::string& file, std::string_view data) {
-  GltfScene gltf = read_gltf_scene(file, data, GltfTexture::Read);
-  Mesh texture;
-  texture.points = std::move(gltf.texture), texture.faces = std::move(gltf.faces);
-  return texture;
+FileMesh read_gltf(const std::string& file, std::string_view data, Attributes attributes) {
+  GltfScene gltf = read_gltf_scene(file, data, attributes);
+  FileMesh read{{}, std::move(gltf.triangles)};
+  read.mesh.points.resize(gltf.points.size());
+  deform(gltf, gltf.rest, {}, read.mesh.points);
+  return read;
 }
 
 #ifndef MALHA_HAS_GLTF
 
-GltfScene read_gltf_scene(const std::string& file, std::string_view, GltfTexture) {
+GltfScene read_gltf_scene(const std::string& file, std::string_view, Attributes) {
   refuse(file, "", "glTF, and this malha was built without tinygltf (Debian: libtinygltf-dev)", "other formats");
 }
 
@@ -191,14 +183,14 @@ const char* const types_of_size[]{"", "SCALAR", "VEC2", "VEC3", "VEC4"};
 
 class Reader {
  public:
-  Reader(const std::string& file, const gltf::Model& model, GltfTexture texture)
-      : file_(file), model_(model), texture_(texture) {}
+  Reader(const std::string& file, const gltf::Model& model, Attributes attributes)
+      : file_(file), model_(model), attributes_(attributes) {}
 
   GltfScene read() && {
     add_nodes();
     for (std::size_t i = 0; i < of_scene_; ++i)
       if (const gltf::Node& node = model_.nodes[original_[i]]; node.mesh >= 0) add_mesh(static_cast<int>(i), node);
-    if (out_.faces.empty()) refuse("/meshes", "no triangles in the scene", "one or more");
+    if (out_.triangles.count() == 0) refuse("/meshes", "no triangles in the scene", "one or more");
     for (std::size_t c = 0; c < model_.animations.size(); ++c) add_clip(item("/animations", c), model_.animations[c]);
     flip_mirrored();
     return std::move(out_);
@@ -419,6 +411,7 @@ class Reader {
     if (own >= 0) out_.joints.push_back({node});
     weight_of_node_[std::size_t(node)] = static_cast<int>(out_.rest.weights.size());
     std::size_t targets = 0;
+    std::vector<Vertices> shared;
     for (std::size_t p = 0; p < mesh.primitives.size(); ++p) {
       const std::string at = item(place + "/primitives", p);
       const gltf::Primitive& primitive = mesh.primitives[p];
@@ -426,7 +419,7 @@ class Reader {
         refuse(at + "/targets", std::to_string(primitive.targets.size()),
                "as many as of the first primitive, " + std::to_string(targets));
       targets = primitive.targets.size();
-      add_primitive(at, primitive, own, skin, from.skin);
+      add_primitive(at, primitive, node, own, skin, from.skin, shared);
     }
     const std::vector<double>& weights = !from.weights.empty() ? from.weights : mesh.weights;
     if (!weights.empty() && weights.size() != targets)
@@ -456,8 +449,33 @@ class Reader {
     return joints_of_skin_[skin] = first;
   }
 
-  /// Adds the vertices of a primitive. Those without a skin follow the joint `own`.
-  void add_primitive(const std::string& place, const gltf::Primitive& from, int own, int first_joint, int skin) {
+  /// Vertices of a primitive, which others of its mesh may share.
+  struct Vertices {
+    const gltf::Primitive* of;
+    int begin;
+    std::size_t count;
+    int first_uv;  // -1: without texture coordinates
+  };
+
+  /// Adds a primitive. Those without a skin follow the joint `own`. `shared`: the vertices of its mesh so far.
+  void add_primitive(const std::string& place, const gltf::Primitive& from, int node, int own, int first_joint,
+                     int skin, std::vector<Vertices>& shared) {
+    auto vertices = std::ranges::find_if(shared, [&](const Vertices& other) {
+      return other.of->attributes == from.attributes && other.of->targets == from.targets;
+    });
+    if (vertices == shared.end()) {
+      shared.push_back(add_vertices(place, from, own, first_joint, skin));
+      vertices = shared.end() - 1;
+    }
+    add_triangles(place, from, vertices->begin, vertices->count);
+    Polygons& all = out_.triangles;
+    if (attributes_ != Attributes::None)
+      for (std::size_t c = all.corner_uv.size(); c < all.corners.size(); ++c)
+        all.corner_uv.push_back(vertices->first_uv < 0 ? -1 : vertices->first_uv + all.corners[c] - vertices->begin);
+    if (attributes_ == Attributes::All) add_names(node, from);
+  }
+
+  Vertices add_vertices(const std::string& place, const gltf::Primitive& from, int own, int first_joint, int skin) {
     const auto begin = static_cast<int>(out_.points.size());
     const auto position = from.attributes.find("POSITION");
     if (position == from.attributes.end()) refuse(place + "/attributes", "no POSITION", "one");
@@ -467,8 +485,7 @@ class Reader {
       refuse(place, "more than " + std::to_string(std::size_t{1} << 28) + " vertices", "fewer");
     for (std::size_t v = 0; v < count; ++v)
       out_.points.push_back({points[3 * v], points[3 * v + 1], points[3 * v + 2]});
-    add_triangles(place, from, begin, count);
-    if (texture_ == GltfTexture::Read) add_texture(place + "/attributes", from, count);
+    const int first_uv = attributes_ == Attributes::None ? -1 : add_texture(place + "/attributes", from, count);
     if (out_.influence_begin.empty()) out_.influence_begin.push_back(0);
     if (own >= 0)
       for (std::size_t v = 0; v < count; ++v) {
@@ -479,15 +496,36 @@ class Reader {
       add_influences(place + "/attributes", from, count, first_joint, model_.skins[std::size_t(skin)].joints.size());
     for (std::size_t t = 0; t < from.targets.size(); ++t)
       add_target(item(place + "/targets", t), from.targets[t], begin, count, static_cast<int>(t));
+    return {&from, begin, count, first_uv};
   }
 
-  void add_texture(const std::string& place, const gltf::Primitive& from, std::size_t count) {
+  /// Adds the texture coordinates of a primitive's vertices. Returns the index of the first; -1: it has none.
+  int add_texture(const std::string& place, const gltf::Primitive& from, std::size_t count) {
+    Polygons& all = out_.triangles;
     const auto of = from.attributes.find("TEXCOORD_0");
-    if (of == from.attributes.end()) refuse(place, "no TEXCOORD_0", "texture coordinates of all vertices");
+    if (of == from.attributes.end()) return -1;
     const std::vector<double> uv = numbers(place + "/TEXCOORD_0", of->second, 2);
     if (uv.size() != 2 * count)
       refuse(place + "/TEXCOORD_0", std::to_string(uv.size() / 2), std::to_string(count) + " as of POSITION");
-    for (std::size_t v = 0; v < count; ++v) out_.texture.push_back({uv[2 * v], uv[2 * v + 1], 0});
+    const auto first = static_cast<int>(all.uv.size());
+    for (std::size_t v = 0; v < count; ++v) all.uv.push_back({uv[2 * v], uv[2 * v + 1]});
+    return first;
+  }
+
+  /// Names the triangles and vertices of the last primitive: an object is a node with a mesh.
+  void add_names(int node, const gltf::Primitive& from) {
+    Polygons& all = out_.triangles;
+    if (node != last_object_) all.objects.push_back(out_.nodes[std::size_t(node)].name);
+    last_object_ = node;
+    all.object.resize(all.count(), static_cast<int>(all.objects.size()) - 1);
+    all.vertex_object.resize(out_.points.size(), static_cast<int>(all.objects.size()) - 1);
+    int material = -1;
+    if (from.material >= 0 && static_cast<std::size_t>(from.material) < model_.materials.size()) {
+      if (all.materials.empty())
+        for (const gltf::Material& one : model_.materials) all.materials.push_back(one.name);
+      material = from.material;
+    }
+    all.material.resize(all.count(), material);
   }
 
   void add_triangles(const std::string& place, const gltf::Primitive& from, int begin, std::size_t count) {
@@ -506,9 +544,9 @@ class Reader {
       }
     }
     const auto add = [&](std::size_t a, std::size_t b, std::size_t c) {
-      const Quad face{begin + corners[a], begin + corners[b], begin + corners[c], -1};
+      const std::array face{begin + corners[a], begin + corners[b], begin + corners[c]};
       // Strips repeat corners to join their parts.
-      if (face[0] != face[1] && face[1] != face[2] && face[2] != face[0]) out_.faces.push_back(face);
+      if (face[0] != face[1] && face[1] != face[2] && face[2] != face[0]) out_.triangles.add(face);
     };
     if (mode == TINYGLTF_MODE_TRIANGLES && corners.size() % 3 != 0)
       refuse(place + "/indices", std::to_string(corners.size()) + " corners", "a multiple of 3");
@@ -575,10 +613,13 @@ class Reader {
   /// Turns the triangles of what a node without skin mirrors, so that normals still point outwards.
   void flip_mirrored() {
     const std::vector<Affine> maps = maps_of_nodes(out_, out_.rest, {});
-    for (Quad& face : out_.faces) {
-      const GltfJoint& joint =
-          out_.joints[std::size_t(out_.influences[std::size_t(out_.influence_begin[std::size_t(face[0])])].joint)];
-      if (determinant(maps[std::size_t(joint.node)] * joint.inverse_bind) < 0) std::swap(face[1], face[2]);
+    Polygons& all = out_.triangles;
+    for (std::size_t c = 0; c < all.corners.size(); c += 3) {
+      const int first = out_.influence_begin[std::size_t(all.corners[c])];
+      const GltfJoint& joint = out_.joints[std::size_t(out_.influences[std::size_t(first)].joint)];
+      if (determinant(maps[std::size_t(joint.node)] * joint.inverse_bind) >= 0) continue;
+      std::swap(all.corners[c + 1], all.corners[c + 2]);
+      if (!all.corner_uv.empty()) std::swap(all.corner_uv[c + 1], all.corner_uv[c + 2]);
     }
   }
 
@@ -646,21 +687,22 @@ class Reader {
 
   const std::string& file_;
   const gltf::Model& model_;
-  GltfTexture texture_;
+  Attributes attributes_;
   GltfScene out_;
   std::vector<std::size_t> original_;  // number in the file of each node
   std::vector<int> place_of_;          // in out_.nodes, of each node of the file
   std::vector<int> weight_of_node_;    // first weight of the targets of each node's mesh; -1: no mesh
   std::unordered_map<int, int> joints_of_skin_;
   std::size_t of_scene_ = 0;  // number of nodes of the scene
+  int last_object_ = -1;      // node of the last primitive
 };
 
 }  // namespace
 
-GltfScene read_gltf_scene(const std::string& file, std::string_view data, GltfTexture texture) {
+GltfScene read_gltf_scene(const std::string& file, std::string_view data, Attributes attributes) {
   const gltf::Model model = parse(file, data);
   check_extensions(file, model);
-  return Reader(file, model, texture).read();
+  return Reader(file, model, attributes).read();
 }
 
 #endif

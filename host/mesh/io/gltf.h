@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// glTF 2.0 files (.glb, .gltf): meshes, the nodes that place them, skins, morph targets, and clips. Materials, cameras
-// and lights are skipped.
+// glTF 2.0 files (.glb, .gltf): meshes, the nodes that place them, skins, morph targets, and clips. Of materials
+// there are the names; cameras and lights are skipped.
 #pragma once
 #include <array>
 #include <optional>
@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "host/mesh/affine.h"
+#include "host/mesh/io/mesh_io.h"
 #include "malha/mesh.h"
 
 namespace malha {
@@ -73,9 +74,6 @@ struct GltfPose {
   std::vector<double> weights;
 };
 
-/// Whether texture coordinates are read.
-enum class GltfTexture { Skipped, Read };
-
 /// A file. Vertices and faces are those of the nodes of its scene, depth first, each by its mesh's primitives.
 struct GltfScene {
   std::vector<GltfNode> nodes;  // parents before their children
@@ -84,18 +82,16 @@ struct GltfScene {
   std::vector<int> influence_begin;  // first influence of each vertex, then their number
   std::vector<GltfInfluence> influences;
   std::vector<GltfTarget> targets;
-  std::vector<Quad> faces;    // triangles
-  std::vector<Vec3> texture;  // (u, v, 0) of each vertex, its TEXCOORD_0; empty if they are skipped
+  Polygons triangles;  // with TEXCOORD_0 where it is read; objects are the nodes that have a mesh
   std::vector<GltfClip> clips;
   GltfPose rest;  // the pose without a clip
 };
 
 /// Reads a file whose content is `data`; buffers beside it are read from its folder. Throws InputError, which names the
 /// file and the part of it, what was found and what is allowed.
-/// Where texture coordinates are read, a primitive without them is refused.
-GltfScene read_gltf_scene(const std::string& file, std::string_view data, GltfTexture texture = GltfTexture::Skipped);
+GltfScene read_gltf_scene(const std::string& file, std::string_view data, Attributes attributes = Attributes::None);
 
-/// Leaves only these vertices, in this order, and no faces.
+/// Leaves only these vertices, in this order, and no triangles.
 void select_vertices(GltfScene& file, std::span<const int> vertices);
 
 /// The positions of all vertices (m) in a pose, mapped by `map`.

@@ -2,6 +2,8 @@
 #include "host/mesh/io/mesh_io.h"
 
 #include <filesystem>
+#include <type_traits>
+#include <utility>
 
 #include "host/base/file.h"
 #include "host/base/spelling_suggestion.h"
@@ -39,14 +41,24 @@ Mesh read_pair(const std::string& path) {
 
 std::string extension_of(const std::string& path) { return lower(std::filesystem::path(path).extension().string()); }
 
-using Reader = Mesh (*)(const std::string&, std::string_view);
+using Reader = FileMesh (*)(const std::string&, std::string_view, Attributes);
+
+/// The reader of a format without attributes, or with triangles or tetrahedra.
+template <auto kRead>
+FileMesh read_bare(const std::string& file, std::string_view data, Attributes) {
+  if constexpr (std::is_same_v<decltype(kRead(file, data)), Mesh>)
+    return {kRead(file, data)};
+  else
+    return kRead(file, data);
+}
+
 Reader reader_of(const std::string& extension) {
   return extension == ".obj"    ? read_obj
-         : extension == ".ply"  ? read_ply
-         : extension == ".off"  ? read_off
-         : extension == ".stl"  ? read_stl
-         : extension == ".mesh" ? read_medit
-         : extension == ".msh"  ? read_gmsh
+         : extension == ".ply"  ? read_bare<read_ply>
+         : extension == ".off"  ? read_bare<read_off>
+         : extension == ".stl"  ? read_bare<read_stl>
+         : extension == ".mesh" ? read_bare<read_medit>
+         : extension == ".msh"  ? read_bare<read_gmsh>
          : extension == ".glb"  ? read_gltf
          : extension == ".gltf" ? read_gltf
                                 : nullptr;
@@ -65,7 +77,7 @@ bool is_gltf_file(const std::string& path) {
   return extension == ".glb" || extension == ".gltf";
 }
 
-Mesh read_mesh(const std::string& path) {
+FileMesh read_file_mesh(const std::string& path, const MeshPart& part, Attributes attributes) {
   const std::string extension = extension_of(path);
   const Reader reader = reader_of(extension);
   const bool pair =
@@ -74,25 +86,51 @@ Mesh read_mesh(const std::string& path) {
   if (reader == nullptr && !pair)
     refuse(path, "", "the extension \"" + extension + "\"",
            ".obj, .ply, .off, .stl, .glb or .gltf, or with tetrahedra .mesh, .msh, .node or .ele");
-  Mesh mesh = pair ? read_pair(path) : reader(path, load(path));
-  if (mesh.points.empty()) refuse(path, "", "a mesh without vertices", "one vertex or more");
+  if (part && extension != ".obj" && !is_gltf_file(path))
+    refuse(path, "", "an object or a group of a file with the extension \"" + extension + "\"", ".obj, .glb or .gltf");
+  FileMesh file = pair ? FileMesh{read_pair(path)} : reader(path, load(path), part ? Attributes::All : attributes);
+  if (file.mesh.points.empty()) refuse(path, "", "a mesh without vertices", "one vertex or more");
+  if (part) select_part(file, part, path);
+  return file;
+}
+
+Mesh read_mesh(const std::string& path, const MeshPart& part) {
+  FileMesh file = read_file_mesh(path, part, Attributes::None);
+  Mesh& mesh = file.mesh;
+  add_faces(file.polygons, mesh, path);
   require_countable(path, mesh.points.size(), "vertices");
   require_countable(path, mesh.faces.size(), "faces");
   require_countable(path, mesh.lines.size(), "lines");
   require_countable(path, mesh.tetrahedra.size(), "tetrahedra");
   complete_tetrahedra(mesh, path);
-  return mesh;
+  return std::move(mesh);
 }
 
-Mesh read_texture_coordinates(const std::string& path) {
+Mesh read_texture_coordinates(const std::string& path, const MeshPart& part) {
   const std::string extension = extension_of(path);
-  const Reader reader = extension == ".obj"                           ? read_obj_texture
-                        : extension == ".glb" || extension == ".gltf" ? read_gltf_texture
-                                                                      : nullptr;
-  if (!reader)
+  if (extension != ".obj" && !is_gltf_file(path))
     refuse(path, "", "texture coordinates of a file with the extension \"" + extension + "\"", ".obj, .glb or .gltf");
-  Mesh texture = reader(path, load(path));
-  require_countable(path, texture.points.size(), "texture coordinates");
+  FileMesh file = read_file_mesh(path, part, Attributes::Texture);
+  const Polygons& polygons = file.polygons;
+  if (polygons.uv.empty())
+    refuse(path, "", "no texture coordinates",
+           extension == ".obj" ? "a file with \"vt\" lines, and a number of one at each corner"
+                               : "TEXCOORD_0 of all vertices");
+  require_countable(path, polygons.uv.size(), "texture coordinates");
+  std::vector<Quad> in_corners;
+  add_faces(polygons, file.mesh, path, &in_corners);
+  Mesh texture;
+  for (const auto& [u, v] : polygons.uv) texture.points.push_back({u, v, 0});
+  for (std::size_t f = 0; f < in_corners.size(); ++f) {
+    Quad& face = texture.faces.emplace_back(Quad{-1, -1, -1, -1});
+    for (int k = 0; k < 4; ++k) {
+      if (in_corners[f][k] < 0) continue;
+      face[k] = polygons.corner_uv[static_cast<std::size_t>(in_corners[f][k])];
+      if (face[k] < 0)
+        refuse(path, "face " + std::to_string(f) + " (0-based)", "a corner without texture coordinates",
+               "texture coordinates at each corner, such as 7/1");
+    }
+  }
   return texture;
 }
 

@@ -24,7 +24,7 @@ bool read_header(TextScanner& scan) {
 
 }  // namespace
 
-Mesh read_off(const std::string& file, std::string_view data) {
+FileMesh read_off(const std::string& file, std::string_view data) {
   TextScanner scan(file, data, '#');
   const bool extra = read_header(scan);
   if (!scan.has_word() && !scan.next_line()) scan.refuse_end("the numbers of vertices, faces and edges");
@@ -33,10 +33,11 @@ Mesh read_off(const std::string& file, std::string_view data) {
   if (scan.has_word()) scan.integer("the number of edges");
   scan.require_end_of_line("the numbers of vertices, faces and edges");
 
-  Mesh mesh;
+  FileMesh read;
+  Mesh& mesh = read.mesh;
   mesh.points.reserve(static_cast<std::size_t>(vertices));
-  PolygonList polygons;
-  polygons.reserve(static_cast<std::size_t>(faces));
+  Polygons& polygons = read.polygons;
+  polygons.begin.reserve(static_cast<std::size_t>(faces) + 1);
   for (long long i = 0; i < vertices; ++i) {
     if (!scan.next_line()) scan.refuse_end("vertex " + std::to_string(i) + " (0-based) of " + std::to_string(vertices));
     mesh.points.push_back({scan.real("x"), scan.real("y"), scan.real("z")});
@@ -55,14 +56,13 @@ Mesh read_off(const std::string& file, std::string_view data) {
       }
       corners.push_back(static_cast<int>(index));
     }
-    polygons.add(corners, scan.line());
+    polygons.add(corners), polygons.line.push_back(scan.line());
   }
   if (scan.next_line()) {
     scan.word("");
     scan.refuse_here("a line after the last face", "as many lines as the header announces");
   }
-  polygons.append_to(mesh, file);
-  return mesh;
+  return read;
 }
 
 }  // namespace malha

@@ -278,21 +278,23 @@ void require_capacity(const std::string& file, const Element& element, const Val
 }
 
 template <class Values>
-Mesh read_body(const std::string& file, const Header& header, Values values) {
-  Mesh mesh;
-  PolygonList polygons;
+FileMesh read_body(const std::string& file, const Header& header, Values values) {
+  FileMesh read;
+  Mesh& mesh = read.mesh;
+  Polygons& polygons = read.polygons;
   std::vector<int> face;
   for (const Element& element : header.elements) {
     require_capacity(file, element, values);
     if (element.has(0)) mesh.points.reserve(static_cast<std::size_t>(element.count));
-    if (element.has(corners)) polygons.reserve(static_cast<std::size_t>(element.count));
+    if (element.has(corners)) polygons.begin.reserve(static_cast<std::size_t>(element.count) + 1);
     for (long long i = 0; i < element.count; ++i) {
       values.begin({&element, i});
       Vec3 point{};
       for (const Property& property : element.properties) {
         if (property.role == corners) {
           read_corners(values, property, header.vertices, face);
-          polygons.add(face, values.line());
+          polygons.add(face);
+          if (const std::size_t line = values.line(); line > 0) polygons.line.push_back(line);
         } else if (property.role != skipped) {
           point[static_cast<std::size_t>(property.role)] = values.real(property.type);
         } else {
@@ -305,14 +307,13 @@ Mesh read_body(const std::string& file, const Header& header, Values values) {
     }
   }
   if (!values.at_end()) values.refuse_value("data after the last item", "as many items as the header says");
-  polygons.append_to(mesh, file);
-  return mesh;
+  return read;
 }
 
 }  // namespace
 }  // namespace ply
 
-Mesh read_ply(const std::string& file, std::string_view data) {
+FileMesh read_ply(const std::string& file, std::string_view data) {
   TextScanner scan(file, data);
   const ply::Header header = ply::read_header(file, scan);
   if (header.format == "ascii") return ply::read_body(file, header, ply::AsciiValues(scan));

@@ -87,6 +87,14 @@ std::string_view TextScanner::word(const char* wanted) {
   return text_.substr(word_start_, word_end_ - word_start_);
 }
 
+std::string_view TextScanner::rest_of_line() {
+  while (word_end_ < line_end_ && is_blank(text_[word_end_])) ++word_end_;
+  std::size_t end = line_end_;
+  while (end > word_end_ && is_blank(text_[end - 1])) --end;
+  word_start_ = word_end_, word_end_ = line_end_;
+  return text_.substr(word_start_, end - word_start_);
+}
+
 double TextScanner::real(const char* wanted) {
   const std::string_view text = word(wanted);
   double value = 0;

@@ -21,6 +21,7 @@ class TextScanner {
   bool has_word();                                        ///< true if a word follows on this line or its continuation
   bool find_word() { return has_word() || next_line(); }  ///< on this or a later line, for formats without lines
   std::string_view word(const char* wanted);              ///< the next word; throws at the end of the line
+  std::string_view rest_of_line();                        ///< all words that are left on this line, as they are
   double real(const char* wanted);                        ///< the next word as a finite number
   long long integer(const char* wanted);                  ///< the next word as an integer
   void require_end_of_line(const std::string& what);  ///< throws if words follow; `what` is what the line may contain

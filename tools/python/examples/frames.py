@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Reading frames: a run writes points.pc2 (PointCache2), and numpy maps it without a copy."""
+"""Reading frames: a run writes points_NAME.pc2 (PointCache2) for each mesh, and numpy maps it without a copy."""
 import argparse
 import pathlib
 
@@ -38,7 +38,7 @@ def main():
     arguments.add_argument("--run", default="out/frames_example", help="the folder of the run")
     given = arguments.parse_args()
     result = malha.run(flag(), given.run)
-    frames = read_pc2(pathlib.Path(given.run) / "frames" / "points.pc2")
+    frames = read_pc2(pathlib.Path(given.run) / "frames" / "points_flag.pc2")
     corner = frames[:, -1]  # the free one at the bottom
     print(result["summary"].splitlines()[0])
     print(f"{len(frames)} frames of {frames.shape[1]} vertices; the corner went {np.ptp(corner[:, 2]):.2f} m to and fro")

@@ -1,8 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "host/output/frame_part.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
 #include <cstring>
 #include <stdexcept>
 #include <string>
 
+#include "host/attachments/object_motion.h"
 #include "host/base/file.h"
 #include "host/base/mapped_file.h"
 #include "host/output/frame_formats.h"
@@ -18,13 +23,13 @@ constexpr char kPartSignature[8] = {'m', 'a', 'l', 'h', 'a', 'g', 'l', 'b'};
 
 }  // namespace
 
-GlbHeader glb_header(std::string_view bytes) {
-  GlbHeader header{};
+FramePartHeader frame_part_header(std::string_view bytes) {
+  FramePartHeader header{};
   if (bytes.size() < sizeof header) return {};
   std::memcpy(&header, bytes.data(), sizeof header);
   const bool ours = std::memcmp(header.signature, kPartSignature, sizeof kPartSignature) == 0 && header.vertices >= 0 &&
                     header.moving >= 0 && header.count >= 0 && header.bytes(header.count) <= bytes.size();
-  return ours ? header : GlbHeader{};
+  return ours ? header : FramePartHeader{};
 }
 
 std::string_view glb_binary(std::string_view file) {
@@ -36,23 +41,23 @@ std::string_view glb_binary(std::string_view file) {
   return begin <= file.size() ? file.substr(begin) : "";
 }
 
-GlbPart::GlbPart(const fs::path& glb, std::size_t vertices, std::size_t moving, int next)
-    : path_(glb.string() + ".part"),
+FramePart::FramePart(const fs::path& file, std::size_t vertices, std::size_t moving, int next)
+    : path_(file.string() + ".part"),
       header_{{}, static_cast<std::int32_t>(vertices), static_cast<std::int32_t>(moving), next, 0} {
   std::memcpy(header_.signature, kPartSignature, sizeof kPartSignature);
-  if (next > 0 && (resume_from(path_, next) || resume_from(glb, next))) return;
-  if (next > 0 && (fs::exists(path_) || fs::exists(glb)))
-    throw std::runtime_error((fs::exists(path_) ? path_ : glb).string() + ": does not continue at frame " +
+  if (next > 0 && (resume_from(path_, next) || resume_from(file, next))) return;
+  if (next > 0 && (fs::exists(path_) || fs::exists(file)))
+    throw std::runtime_error((fs::exists(path_) ? path_ : file).string() + ": does not continue at frame " +
                              std::to_string(next) + " of " + std::to_string(vertices) + " points");
-  fs::remove(glb);
+  fs::remove(file);
   write_whole(path_, bytes_of(header_));
 }
 
-bool GlbPart::resume_from(const fs::path& from, int next) {
+bool FramePart::resume_from(const fs::path& from, int next) {
   if (!fs::exists(from)) return false;
   const MappedFile file(from);
   const std::string_view bytes = from == path_ ? file.bytes() : glb_binary(file.bytes());
-  GlbHeader found = glb_header(bytes);
+  FramePartHeader found = frame_part_header(bytes);
   const int keep = next - found.first;
   if (found.numbers() != header_.numbers() || found.vertices != header_.vertices || keep < 0 || keep > found.count)
     return false;
@@ -62,12 +67,25 @@ bool GlbPart::resume_from(const fs::path& from, int next) {
 }
 
 /// Writes the frame before the count, so that an interrupted write only leaves unused bytes after the last frame.
-void GlbPart::write(std::span<const float> frame) {
-  GlbHeader after = header_;
+void FramePart::write(std::span<const float> frame) {
+  FramePartHeader after = header_;
   ++after.count;
   const std::string_view bytes(reinterpret_cast<const char*>(frame.data()), frame.size_bytes());
   overwrite(path_, {{header_.bytes(header_.count), bytes}, {0, bytes_of(after)}});
   header_ = after;
+}
+
+void append_pose(std::vector<float>& numbers, const EnvironmentMesh& object, const Vec3& middle, double time) {
+  const Pose pose = pose_at(object.spec.motion, time);
+  const auto at = to_world(pose, {middle[0], middle[1], middle[2]});
+  const Eigen::Matrix3d turn = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(pose.r);
+  const Eigen::Vector4d quaternion = Eigen::Quaterniond(turn).normalized().coeffs();
+  for (const double x : {at.x, at.y, at.z, quaternion[0], quaternion[1], quaternion[2], quaternion[3]})
+    numbers.push_back(static_cast<float>(x));
+}
+
+std::size_t moving_objects(std::span<const EnvironmentMesh> environment) {
+  return static_cast<std::size_t>(std::ranges::count_if(environment, moves_rigidly));
 }
 
 }  // namespace malha
