@@ -21,8 +21,8 @@ TEST(Run, WritesAFrameOfTheStartAndOfEveryNthStepInEveryFormat) {
   Json scene = swinging_sheet(false);
   scene["outputs"]["frames"] = frames(3, {"vtp", "pc2", "ply", "obj"});
   run_quietly(scene, {.out = (folder / "out").string(), .steps = 20});
-  std::vector<std::string> expected{"checkpoint.malha", "frames/frames.pvd", "frames/points_sheet.pc2", "frames/rest.obj",
-                                    "report.json"};
+  std::vector<std::string> expected{"checkpoint.malha", "frames/frames.pvd", "frames/points_sheet.pc2",
+                                    "frames/rest.obj", "report.json"};
   for (int frame = 0; frame <= 6; ++frame)  // steps 0, 3, .. 18
     for (const char* extension : {".vtp", ".ply", ".obj"})
       expected.push_back("frames/frame_00000" + std::to_string(frame) + extension);

@@ -77,7 +77,7 @@ def apply(given):
             one.modifiers.remove(old)
         cache = one.modifiers.new(MODIFIER, "MESH_CACHE")
         cache.cache_format, cache.filepath = "PC2", str(path)
-        cache.forward_axis, cache.up_axis = "NEG_Z", "POS_Y"
+        cache.forward_axis, cache.up_axis = "POS_Z", "NEG_Y"  # where Y and Z of Blender are in the file
         cache.time_mode, cache.play_mode, cache.frame_start, cache.interpolation = "FRAME", "SCENE", first, "LINEAR"
         put_first(one, cache)
         one.matrix_world.identity()
@@ -112,7 +112,11 @@ def render(given):
         sun = bpy.data.objects.new("sun", bpy.data.lights.new("sun", "SUN"))
         sun.data.energy, sun.rotation_euler = 3, (0.7, 0.2, 0.5)
         scene.collection.objects.link(sun)
-    scene.render.engine, scene.cycles.samples = "CYCLES", 16  # it renders without a screen
+    if not scene.world:
+        scene.world = bpy.data.worlds.new("world")
+        scene.world.color = (0.4, 0.4, 0.4)
+    # Cycles renders without a screen. Debian's is built without a denoiser.
+    scene.render.engine, scene.cycles.samples, scene.cycles.use_denoising = "CYCLES", 16, False
     scene.render.resolution_x, scene.render.resolution_y = given.size
     scene.render.filepath = str(pathlib.Path(given.render).absolute())
     bpy.ops.render.render(write_still=True)
