@@ -2,6 +2,8 @@
 // What mesh files say of their faces besides their places, in glTF.
 #include <set>
 
+#include "host/attachments/object_motion.h"
+#include "host/model/model.h"
 #include "tests/output/garment.h"
 #include "tests/output/gltf_file.h"
 
@@ -83,6 +85,23 @@ TEST_F(GlbAttributes, OfGltfComeBackInGltf) {
   const FileMesh obj = read_file_mesh((frames / "frame_000000.obj").string(), {}, Attributes::All);
   EXPECT_EQ(obj.polygons.objects, (std::vector<std::string>{"Cape of wool", "Hood"}));
   EXPECT_EQ(uv_at(obj.polygons, 1), (std::array{0.5, 0.0})) << "v counts from below again";
+}
+
+TEST_F(GlbAttributes, OfARunMoveAnObjectByItsClip) {
+  const std::filesystem::path frames = run({"glb", "obj"});
+  std::filesystem::copy(frames / "run.glb", folder_ / "run.glb");
+  scene_["environment"] = {{{"name", "hood"},
+                            {"shape", {{"mesh", (folder_ / "run.glb").string()}, {"object", "Hood"}}},
+                            {"sides", "two_sided"},
+                            {"animation", Json::object()}}};
+  scene_["bodies"][0]["transform"] = {{"translate", {0, 0, 50}}};
+  const Simulation simulation(parsed(scene_), {.threads = 1});
+  const std::vector<Vec3> hood = points_at(simulation.model().environment.at(0), 0.08);
+  const Mesh last = read_mesh((frames / "frame_000004.obj").string(), {"Hood", ""});
+  ASSERT_EQ(hood.size(), 3u);
+  for (std::size_t v = 0; v < 3; ++v)
+    for (std::size_t k = 0; k < 3; ++k)
+      EXPECT_NEAR(hood[v][k], last.points[v][k], 1e-6) << "floats of 3 m, three of which are added";
 }
 
 }  // namespace

@@ -6,7 +6,9 @@
 #include <cmath>
 #include <cstring>
 #include <regex>
+#include <sstream>
 
+#include "host/attachments/object_motion.h"
 #include "host/output/frame_vertices.h"
 #include "host/output/materials.h"
 #include "tests/output/garment.h"
@@ -215,6 +217,32 @@ TEST_F(MeshAttributes, NameTheObjectOrGroupThatABodyIs) {
   EXPECT_EQ(parse_scene(to_json(parsed(scene_)), "again", "").bodies.at(0).shape.index(), 0u);
   const Scene again = parse_scene(to_json(parsed(scene_)), "again", "");
   EXPECT_EQ(std::get<MeshFile>(again.bodies[0].shape).part.object, "Hood") << "it is written as it is read";
+}
+
+/// The garment with the hood k times as large and k m higher.
+std::string garment_with_hood(double k) {
+  std::string text = kGarment;
+  const std::string hood = "v 0 2 0\nv 1 2 0\nv 0 3 0.2\n";
+  std::ostringstream moved;
+  for (const Vec3& x : {Vec3{0, 2, 0}, {1, 2, 0}, {0, 3, 0.2}})
+    moved << "v " << k * x[0] << " " << k * x[1] + k << " " << k * x[2] << "\n";
+  return text.replace(text.find(hood), hood.size(), moved.str());
+}
+
+TEST_F(MeshAttributes, NameThePartOfTheFilesOfRestShapeAndAnimationToo) {
+  Json& body = scene_["bodies"][0];
+  body["shape"]["object"] = "Hood", body["rest"] = {{"mesh", folder_.write("rest.obj", garment_with_hood(2))}};
+  fs::create_directory(folder_ / "series");
+  for (int k = 1; k <= 3; ++k) folder_.write("series/hood" + std::to_string(k) + ".obj", garment_with_hood(k));
+  scene_["environment"] = {{{"name", "hood"},
+                            {"shape", {{"mesh", garment_}, {"object", "Hood"}}},
+                            {"sides", "two_sided"},
+                            {"transform", {{"translate", {0, 0, 50}}}},
+                            {"animation", {{"frames", (folder_ / "series").string()}, {"frames_per_second", 10}}}}};
+  const Simulation simulation(parsed(scene_), {.threads = 1});
+  EXPECT_NEAR(simulation.measure().strain_max, 0.5, 1e-6) << "it starts at half its size at rest";
+  const EnvironmentMesh& hood = simulation.model().environment.at(0);
+  EXPECT_EQ(points_at(hood, 0.2), (std::vector<Vec3>{{0, 9, 50}, {3, 9, 50}, {0, 12, double{0.6f} + 50}}));
 }
 
 TEST_F(MeshAttributes, OfPartsThatAreNotThereAreRefusedWithThoseThatAre) {
