@@ -249,6 +249,8 @@ void add_scene(py::module_& module) {
           "duration", [](const Scene& scene) { return scene.duration; }, "Of a whole run, s.")
       .def_property_readonly(
           "dt", [](const Scene& scene) { return scene.solver.dt; }, "A step, s.")
+      .def(py::pickle([](const Scene& scene) { return to_json(scene); },
+                      [](const std::string& json) { return parse_scene(json, "scene", ""); }))
       .def("__repr__", [](const Scene& scene) {
         return "<malha.Scene '" + scene.name + "', " + counted(scene.bodies.size(), "body", "bodies") + ">";
       });
