@@ -58,7 +58,7 @@ def _built(settings):
     folder = pathlib.Path(settings.get("build-dir", ROOT / "build" / "wheel")).resolve()
     if not (folder / "CMakeCache.txt").exists() or "build-dir" not in settings:
         defines = {"CMAKE_BUILD_TYPE": "Release", "MALHA_NATIVE": "OFF", "MALHA_TESTS": "OFF", "MALHA_PYTHON": "ON",
-                   "Python3_EXECUTABLE": sys.executable}
+                   "Python3_EXECUTABLE": sys.executable, "CMAKE_DISABLE_FIND_PACKAGE_Bullet": "ON"}
         if shutil.which("ccache"):
             defines["CMAKE_CXX_COMPILER_LAUNCHER"] = "ccache"
         try:
@@ -118,7 +118,8 @@ def _lay_out(settings, folder):
         _say("patchelf", "--force-rpath", "--set-rpath", "$ORIGIN/malha.libs" if binary == extension else "$ORIGIN", binary)
     info = folder / INFO
     (info / "licenses").mkdir(parents=True)
-    shutil.copy(ROOT / "LICENSE", info / "licenses")
+    for text in filter(pathlib.Path.exists, (ROOT / "LICENSE", built / "THIRD_PARTY")):
+        shutil.copy(text, info / "licenses")
     for package, text in filter(None, map(_licence_of, needed.values())):
         shutil.copy(text, info / "licenses" / package)
     (info / "METADATA").write_text(_metadata())
