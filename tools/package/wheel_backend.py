@@ -122,6 +122,11 @@ def _lay_out(settings, folder):
         shutil.copy(text, info / "licenses")
     for package, text in filter(None, map(_licence_of, needed.values())):
         shutil.copy(text, info / "licenses" / package)
+    _describe(info)
+
+
+def _describe(info):
+    """The files of a wheel that describe it."""
     (info / "METADATA").write_text(_metadata())
     (info / "WHEEL").write_text(f"Wheel-Version: 1.0\nGenerator: malha\nRoot-Is-Purelib: false\nTag: {_tag()}\n")
     scripts = "".join(f"{name} = {place}\n" for name, place in PROJECT["scripts"].items())
@@ -142,6 +147,13 @@ def _metadata():
         lines += [f"Provides-Extra: {extra}"] + [f'Requires-Dist: {one}; extra == "{extra}"' for one in packages]
     lines.append("Description-Content-Type: text/markdown")
     return "\n".join(lines) + "\n\n" + (ROOT / PROJECT["readme"]).read_text()
+
+
+def prepare_metadata_for_build_wheel(metadata_directory, config_settings=None):
+    info = pathlib.Path(metadata_directory, INFO)
+    info.mkdir()
+    _describe(info)
+    return INFO
 
 
 def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):

@@ -126,9 +126,8 @@ def tune(scene, *, error, seconds=None, threads=0):
 def study(name, *, quick=False, out=None):
     """A study of methods, as by `malha study`: "accuracy", "stability", "scaling", "size", "parsimony", "published".
 
-    quick: smaller cases and fewer points, which take seconds instead of minutes. out: the folder of the results; a new
-    one in out/ of the working directory is "out/study", or "out/study_quick", by default. An interrupted study goes on
-    where the same folder is named.
+    quick: smaller cases and fewer points, which take seconds instead of minutes. out: the folder of the results;
+    "out/study", or "out/study_quick", by default. An interrupted study goes on where the same folder is named.
 
     Returns a dict: "rows", a table (pandas where it is installed, otherwise a list of dicts) of all that was measured;
     "sections", their titles, sentences and charts; "page", the page that shows them; and what else NAME.json in the
@@ -231,7 +230,7 @@ def _measures_in(folder):
     """What the table says of a run that is done."""
     report = _json.loads((folder / "report.json").read_text())
     return {"status": report["status"], "steps": report["step"], "time_s": report["time_s"],
-            **dict(_flat(report["state"])), "state_hash": report["state_hash"],
+            **dict(_flat(report.get("state", {}))), "state_hash": report.get("state_hash"),
             "step_ms_median": report["timing"]["step_ms_median"], "warnings": len(report["warnings"]),
             "notes": "; ".join(report["notes"])}
 
@@ -309,8 +308,9 @@ def sweep(scene, parameters, executor=None, *, out="out/sweep", steps=None, thre
     Returns a pandas DataFrame, or a list of dicts where pandas is not installed: the parameters, "status" ("finished",
     "diverged", "refused" where the scene cannot be simulated, "failed" where something else went wrong), the measures
     of "state" in report.json by their names there, "state_hash", "notes" (why it was refused or diverged, and which
-    expectations failed) and "path". Refused and failed runs leave no folder, and are tried again by the next call. Raises InputError, before the first run, for parameters that no scene
-    has; and RuntimeError where the executor ends before all runs are done: call it again with a new one.
+    expectations failed) and "path". Refused and failed runs leave no folder, and are tried again by the next call.
+    Raises InputError, before the first run, for parameters that no scene has; and RuntimeError where the executor ends
+    before all runs are done: call it again with a new one.
     """
     rows = _rows_of(parameters)
     if not callable(scene) and not isinstance(scene, Scene):
