@@ -42,5 +42,8 @@ cmake --build "$scratch/page/build"
 "$scratch/prefix/bin/malha" --help >/dev/null
 if [[ -e "$build/malha_measures" ]]; then "$scratch/prefix/bin/malha" bench --help >/dev/null; fi
 if [[ -n "$python" ]]; then
-  PYTHONPATH=$scratch/prefix/$folder "$python" -c "import malha; malha.Simulation('$root/scenes/ramp.json').step()"
+  PYTHONPATH=$scratch/prefix/$folder "$python" -c "
+import malha
+malha.Simulation('$root/scenes/ramp.json').step()
+assert malha._command() == '$scratch/prefix/bin/malha', malha._command()"
 fi
