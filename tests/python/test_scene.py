@@ -241,6 +241,15 @@ def test_a_copied_scene_has_the_same_bits(copied):
     assert len(hashes) == 1
 
 
+def test_a_scene_that_was_sent_finds_its_mesh_from_another_folder(tmp_path, monkeypatch):
+    (tmp_path / "mesh.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 0 1\nf 1 2 3\n")
+    body = {"name": "scrap", "shape": {"mesh": "mesh.obj"}, "mass": 1, "constraints": [{"type": "distance"}]}
+    monkeypatch.chdir(tmp_path)
+    sent = pickle.dumps(malha.Scene(scene_of(body)))
+    monkeypatch.chdir("/")
+    assert malha.Simulation(pickle.loads(sent)).positions.shape == (3, 3)
+
+
 def test_rest_points_are_a_list_or_an_array():
     points = np.array([[0, 0, 0], [2, 0, 0], [0, 0, 2]], dtype=float)
 

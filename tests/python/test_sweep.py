@@ -94,12 +94,30 @@ def test_a_function_makes_the_scenes(tmp_path):
 
 def test_a_mesh_that_changed_is_another_run(tmp_path):
     mesh = tmp_path / "mesh.obj"
-    body = {"name": "cloth", "shape": {"mesh": str(mesh)}, "mass": 1, "constraints": [{"type": "distance"}]}
     paths = set()
     for width in (1, 2, 1):
         mesh.write_text(f"v 0 0 0\nv {width} 0 0\nv 0 0 1\nf 1 2 3\n")
-        paths.add(table_of(scene_of(body, duration=0.1), [{}], out=tmp_path / "out")[0]["path"])
+        paths.add(table_of(by_path(str(mesh)), [{}], out=tmp_path / "out")[0]["path"])
     assert len(paths) == 2
+
+
+def elsewhere():
+    os.chdir("/")
+
+
+def by_path(mesh):
+    body = {"name": "cloth", "shape": {"mesh": mesh}, "mass": 1, "constraints": [{"type": "distance"}]}
+    return scene_of(body, duration=0.1)
+
+
+def test_relative_paths_start_where_the_sweep_was_called(tmp_path, monkeypatch):
+    (tmp_path / "mesh.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 0 1\nf 1 2 3\n")
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "scene.json").write_text(json.dumps(by_path("mesh.obj")))
+    spawn = multiprocessing.get_context("spawn")
+    with concurrent.futures.ProcessPoolExecutor(1, mp_context=spawn, initializer=elsewhere) as pool:
+        rows = table_of("scene.json", [{}], pool, out="a") + table_of(by_path, [{"mesh": "mesh.obj"}], pool, out="b")
+    assert [row["status"] for row in rows] == ["finished"] * 2 and (tmp_path / "a").is_dir() and (tmp_path / "b").is_dir()
 
 
 def test_a_run_that_diverges_is_a_result_and_one_that_is_refused_is_none(tmp_path, rushing):

@@ -8,6 +8,7 @@ import concurrent.futures as _futures
 import difflib as _difflib
 import fcntl as _fcntl
 import functools as _functools
+import glob as _glob
 import hashlib as _hashlib
 import inspect as _inspect
 import itertools as _itertools
@@ -133,6 +134,8 @@ def study(name, *, quick=False, out=None):
     "sections", their titles, sentences and charts; "page", the page that shows them; and what else NAME.json in the
     folder holds. Raises InputError for a name that is no study's.
     """
+    if name == "all":
+        raise InputError("study: found 'all'; allowed: the name of one study")
     out = _pathlib.Path(out if out is not None else _pathlib.Path("out", "study_quick" if quick else "study"))
     _called(["study", name, "--out", out] + (["--quick"] if quick else []), {})
     found = _json.loads((out / f"{name}.json").read_text())
@@ -179,15 +182,16 @@ def _set(scene, path, value):
             here = here[found]
 
 
-def _scene_of(scene, row):
-    """The scene of a run: the base with the row's values in their places, or what the function makes of them."""
+def _scene_of(scene, row, folder):
+    """The scene of a run: the base with the row's values in their places, or what the function makes of them. Relative
+    paths start from the folder, whichever process asks."""
     if callable(scene):
         made = scene(**row)
-        return made if isinstance(made, Scene) else Scene(made)
+        return Scene(made.to_dict() if isinstance(made, Scene) else made, folder=folder if isinstance(made, (Scene, dict)) else None)
     values = scene.to_dict()
     for path, value in row.items():
         _set(values, path, value)
-    return Scene(values)
+    return Scene(values, folder=folder)
 
 
 _digests = {}  # of files, by path, size and time: many runs share a mesh
@@ -202,12 +206,14 @@ def _digest(path):
 
 
 def _files_in(value):
-    """The files that a scene's dict names."""
+    """The files that a scene's dict names, which has absolute paths: of files, of folders, or with a '*'."""
     if isinstance(value, dict):
         value = list(value.values())
     if isinstance(value, list):
         return [path for one in value if isinstance(one, (dict, list, str)) for path in _files_in(one)]
-    return [value] if isinstance(value, str) and "/" in value and _os.path.isfile(value) else []
+    found = _glob.glob(value) if isinstance(value, str) and value.startswith("/") else []
+    return [path for one in found for path in ([one] if _os.path.isfile(one) else _glob.glob(_os.path.join(one, "*")))
+            if _os.path.isfile(path)]
 
 
 def _name_of(scene, steps):
@@ -235,7 +241,7 @@ def _measures_in(folder):
             "notes": "; ".join(report["notes"])}
 
 
-def _sweep_one(scene, row, folder, options):
+def _sweep_one(scene, row, paths_from, folder, options):
     """Makes one run of a sweep, unless it is there; returns what the table says of it. It is written beside its folder
     and then renamed, so that a folder is whole or not there. Who comes second waits until the first is done or dead."""
     folder = _pathlib.Path(folder)
@@ -245,7 +251,7 @@ def _sweep_one(scene, row, folder, options):
         with open(lock, "w") as held:
             _fcntl.flock(held, _fcntl.LOCK_EX)
             if not folder.is_dir():
-                _run_part(_scene_of(scene, row), part, options)
+                _run_part(_scene_of(scene, row, paths_from), part, options)
                 _os.rename(part, folder)
             lock.unlink(missing_ok=True)  # only where the folder is there: who waits at the lock finds it
         return _measures_in(folder)
@@ -315,12 +321,13 @@ def sweep(scene, parameters, executor=None, *, out="out/sweep", steps=None, thre
     rows = _rows_of(parameters)
     if not callable(scene) and not isinstance(scene, Scene):
         scene = Scene(scene)
+    paths_from = _os.getcwd()
     submit = _submit_of(executor) if executor is not None else None
     out = _pathlib.Path(out).resolve()
     folders = []
     for number, row in enumerate(rows):
         try:
-            folders.append(str(out / _name_of(_scene_of(scene, row), steps)))
+            folders.append(str(out / _name_of(_scene_of(scene, row, paths_from), steps)))
         except InputError as error:
             raise InputError(str(error) if str(error).startswith("sweep: ") else f"sweep: run {number}, {row}: {error}") from None
     first = {folder: row for folder, row in zip(reversed(folders), reversed(rows))}  # equal scenes are run once
@@ -336,12 +343,12 @@ def sweep(scene, parameters, executor=None, *, out="out/sweep", steps=None, thre
     todo = {folder: row for folder, row in first.items() if folder not in found}
     if submit is None:
         for folder, row in todo.items():
-            keep(folder, _sweep_one(scene, row, folder, options))
+            keep(folder, _sweep_one(scene, row, paths_from, folder, options))
     else:
         futures = {}
         try:
             for folder, row in todo.items():
-                futures[submit(_sweep_one, scene, row, folder, options)] = folder
+                futures[submit(_sweep_one, scene, row, paths_from, folder, options)] = folder
             for future in _futures.as_completed(futures):
                 try:
                     said = future.result()
