@@ -364,5 +364,8 @@ def sweep(scene, parameters, executor=None, *, out="out/sweep", steps=None, thre
     if len(found) < len(first):
         raise RuntimeError(f"sweep: {len(found)} of {len(first)} runs are done; found {type(lost).__name__}: {lost}; allowed: "
                            "to call it again with a new executor, which makes only what is missing") from lost
+    for folder in first:
+        if _os.path.isdir(folder):
+            _pathlib.Path(folder + ".lock").unlink(missing_ok=True)  # of who was killed after renaming
     return _table([row | found[folder] | {"path": folder if _os.path.isdir(folder) else None}
                    for row, folder in zip(rows, folders)])
