@@ -2,8 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 # usage: install.sh ROOT BUILD GENERATOR COMPILER flags=FLAGS python=PYTHON folder=FOLDER
 # Installs BUILD into a scratch prefix; configures, builds and runs tools/examples against it, with the compiler's
-# default instruction set (FLAGS are the sanitizers', which all parts of a program must share). PYTHON, if it is not
-# empty, imports the module from FOLDER below the prefix. The links of the installed pages must lead to files.
+# default instruction set (FLAGS are the sanitizers', which all parts of a program must share). The C++ of README.md is
+# built so, too. PYTHON, if it is not empty, imports the module from FOLDER below the prefix. The links of the installed
+# pages must lead to files.
 set -euo pipefail
 root=${1:?} build=${2:?} generator=${3:?} compiler=${4:?} flags=${5#flags=} python=${6#python=} folder=${7#folder=}
 scratch=$(mktemp -d)
@@ -17,9 +18,32 @@ cmake --build "$scratch/build"
 # A scene with particles, constraints and a mesh to collide with, so that every dependency is called.
 "$scratch/build/run" "$root/scenes/ramp.json"
 for name in own_loop own_constraint several; do "$scratch/build/$name" "$root/scenes/sheet_shear.json"; done
+# The C++ of the first page runs unchanged, with the scene of that page.
+mkdir "$scratch/page"
+block() { sed -n "/^\`\`\`$1\$/,/^\`\`\`\$/p" "$root/README.md" | sed '/^```/d'; }
+block cpp >"$scratch/page/page.cpp"
+block json >"$scratch/page/sheet.json"
+cat >"$scratch/page/CMakeLists.txt" <<'CMAKE'
+cmake_minimum_required(VERSION 3.21)
+project(page LANGUAGES CXX)
+find_package(malha CONFIG REQUIRED)
+add_executable(page page.cpp)
+target_link_libraries(page PRIVATE malha::malha)
+CMAKE
+cmake -S "$scratch/page" -B "$scratch/page/build" -G "$generator" \
+  -DCMAKE_PREFIX_PATH="$scratch/prefix" -DCMAKE_CXX_COMPILER="$compiler" -DCMAKE_CXX_FLAGS="$flags" -DCMAKE_BUILD_TYPE=Release
+cmake --build "$scratch/page/build"
+(cd "$scratch/page" && build/page >positions)
+(($(wc -l <"$scratch/page/positions") == 17 * 17)) || {
+  printf 'README.md: found %d particles; allowed: the 289 of its scene\n' "$(wc -l <"$scratch/page/positions")"
+  exit 1
+}
 "$root/tests/pages.sh" "$scratch/prefix/share/doc/malha" links
 "$scratch/prefix/bin/malha" --help >/dev/null
 if [[ -e "$build/malha_measures" ]]; then "$scratch/prefix/bin/malha" bench --help >/dev/null; fi
 if [[ -n "$python" ]]; then
-  PYTHONPATH=$scratch/prefix/$folder "$python" -c "import malha; malha.Simulation('$root/scenes/ramp.json').step()"
+  PYTHONPATH=$scratch/prefix/$folder "$python" -c "
+import malha
+malha.Simulation('$root/scenes/ramp.json').step()
+assert malha._command() == '$scratch/prefix/bin/malha', malha._command()"
 fi

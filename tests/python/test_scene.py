@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Scenes from files, texts, dicts and arrays; errors have the messages of the command."""
+import copy
 import json
+import pickle
 
 import numpy as np
 import pytest
@@ -191,16 +193,13 @@ def test_a_path_may_have_bytes_that_are_no_text(tmp_path):
 
 
 @pytest.mark.parametrize("use, named", [
-    (lambda s: malha.Simulation(s, thread=1), "thread=int"),
     (lambda s: malha.Simulation(s, threads="two"), "threads=str"),
-    (lambda s: malha.Scene(s, folders=s), "folders=dict"),
     (lambda s: malha.run(s, s), "dict, dict"),
     (lambda s: malha.shape([[0, 0, 0]] * 1000, points=s), "list, points=dict"),
     (lambda s: malha.Simulation(s).step("far", s), "Simulation, str, dict"),
-    (lambda s: malha.Simulation(s).report(stat=s), "Simulation, stat=dict"),
     (lambda s: malha.Simulation.positions.fget(s), "(dict)"),
     (lambda s: malha.Body.particles.fget(s), "(dict)"),
-    (lambda s: malha.Constraint([[0, 1]], len, weight=s), "weight=dict"),
+    (lambda s: malha.Constraint([[0, 1]], len, "soft", name=s), "list, builtin_function_or_method, str, name=dict"),
 ])
 def test_arguments_that_do_not_fit_are_named_by_their_types(use, named):
     scene = scene_of(cloth(name="a name that nobody wants to read a thousand times"))
@@ -208,6 +207,47 @@ def test_arguments_that_do_not_fit_are_named_by_their_types(use, named):
         use(scene)
     assert named in str(caught.value) and "nobody wants" not in str(caught.value)
     assert "allowed: " in str(caught.value) and len(str(caught.value)) < 500
+
+
+@pytest.mark.parametrize("use, said", [
+    (lambda s: malha.Simulation(s, thread=1), "malha.Simulation: found the keyword 'thread' (did you mean 'threads'?); "
+     "allowed: scene, threads, backend, interactive, constraints"),
+    (lambda s: malha.Scene(s, folders=s), "malha.Scene: found the keyword 'folders' (did you mean 'folder'?); allowed: "
+     "source, folder"),
+    (lambda s: malha.Simulation(s).report(stat=s), "report: found the keyword 'stat'; allowed: status"),
+    (lambda s: malha.Simulation(s).wake(now=True), "wake: found the keyword 'now'; allowed: none"),
+    (lambda s: malha.sweep(s, {}, exectuor=1), "sweep: found the keyword 'exectuor' (did you mean 'executor'?); allowed: "
+     "scene, parameters, executor, out, steps, threads, backend, progress"),
+])
+def test_a_keyword_that_a_function_lacks_is_answered_by_the_one_that_is_meant(use, said):
+    with pytest.raises(TypeError) as caught:
+        use(scene_of(cloth()))
+    assert str(caught.value) == said
+
+
+@pytest.mark.parametrize("copied", [lambda s: pickle.loads(pickle.dumps(s)), copy.deepcopy, copy.copy])
+def test_a_copied_scene_has_the_same_bits(copied):
+    points = np.random.default_rng(1).random((5, 3))
+    given = scene_of(cloth(), malha.body(points, [[0, 1, 2], [1, 2, 3], [2, 3, 4]], name="scraps", mass=1 / 3,
+                                         constraints=[{"type": "distance"}], rest={"points": points / 3}))
+    scenes = [malha.Scene(given), malha.Scene(ROOT / "scenes" / "dressed.json")]
+    for scene in scenes:
+        assert copied(scene).to_json() == scene.to_json()
+    hashes = set()
+    for scene in (scenes[0], copied(scenes[0])):
+        simulation = malha.Simulation(scene, threads=1)
+        simulation.step(20)
+        hashes.add(simulation.state_hash)
+    assert len(hashes) == 1
+
+
+def test_a_scene_that_was_sent_finds_its_mesh_from_another_folder(tmp_path, monkeypatch):
+    (tmp_path / "mesh.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 0 1\nf 1 2 3\n")
+    body = {"name": "scrap", "shape": {"mesh": "mesh.obj"}, "mass": 1, "constraints": [{"type": "distance"}]}
+    monkeypatch.chdir(tmp_path)
+    sent = pickle.dumps(malha.Scene(scene_of(body)))
+    monkeypatch.chdir("/")
+    assert malha.Simulation(pickle.loads(sent)).positions.shape == (3, 3)
 
 
 def test_rest_points_are_a_list_or_an_array():

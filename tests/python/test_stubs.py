@@ -3,6 +3,8 @@
 import ast
 import inspect
 import re
+import subprocess
+import sys
 
 import pytest
 from conftest import ROOT
@@ -25,7 +27,14 @@ def parameters(function):
 
 
 def documented(function):
-    """The same tuple, from the signature that pybind11 writes at the head of a docstring."""
+    """The same tuple, from the signature that pybind11 writes at the head of a docstring, or that Python knows."""
+    if inspect.isfunction(function):
+        names = []
+        for one in inspect.signature(function).parameters.values():
+            if one.kind is one.KEYWORD_ONLY and ("*", None) not in names:
+                names.append(("*", None))
+            names.append((one.name, None if one.default is one.empty else repr(one.default)))
+        return names
     line = function.__doc__.splitlines()[0]
     inside = line[line.index("(") + 1 : line.rindex(") ->")]
     names = []
@@ -102,3 +111,28 @@ def test_everything_is_documented():
             for member in members(thing) - {"__len__", "__init__"}:
                 said = inspect.getdoc(getattr(thing, member)) or ""
                 assert len(said.splitlines()[-1]) > 1, (name, member)
+
+
+def mypy_of(tmp_path, *lines):
+    """What mypy says of a program."""
+    pytest.importorskip("mypy", reason="mypy is missing; tools/setup python installs it")
+    file = tmp_path / "program.py"
+    file.write_text("import malha\nimport numpy as np\nimport numpy.typing as npt\n" + "\n".join(lines) + "\n")
+    done = subprocess.run([sys.executable, "-m", "mypy", "--strict", "--cache-dir", str(tmp_path / "cache"), str(file)],
+                          capture_output=True, text=True, check=False, cwd=tmp_path)
+    return done.stdout
+
+
+def test_mypy_reads_the_stubs(tmp_path):
+    assert "Success" in mypy_of(
+        tmp_path, 'simulation = malha.Simulation(malha.Scene("flag.json"), threads=2)',
+        "lowest = simulation.positions[:, 1].min()", "simulation.positions = np.zeros((3, 3))",
+        'table = malha.sweep("flag.json", {"/solver/substeps": [10, 20]}, out="sweep")',
+        "corners: npt.NDArray[np.int32] = simulation.faces")
+
+
+def test_mypy_finds_a_wrong_shape_and_a_wrong_keyword(tmp_path):
+    said = mypy_of(tmp_path, 'simulation = malha.Simulation("flag.json", thread=2)',
+                   "flat: np.ndarray[tuple[int], np.dtype[np.float64]] = simulation.positions")
+    assert 'Unexpected keyword argument "thread"' in said
+    assert re.search(r"program.py:5: error: Incompatible types in assignment", said), said

@@ -10,7 +10,7 @@ install(FILES tools/package/malha.bash DESTINATION "${CMAKE_INSTALL_DATAROOTDIR}
 # Pages, their pictures and the examples keep their folders, so that links between them work.
 file(GLOB_RECURSE pages CONFIGURE_DEPENDS RELATIVE "${PROJECT_SOURCE_DIR}" host/*.md kernels/*.md scenes/*.md
      scenes/*.png tests/*.md tools/*.md tools/*.svg tools/examples/*.cpp tools/examples/CMakeLists.txt
-     tools/python/examples/*.py)
+     tools/python/examples/*.py tools/python/examples/*.ipynb)
 foreach(page README.md CONTRIBUTING.md CHANGELOG.md LICENSE ${pages})
   get_filename_component(folder "${page}" DIRECTORY)
   install(FILES "${page}" DESTINATION "${CMAKE_INSTALL_DOCDIR}/${folder}")

@@ -13,3 +13,12 @@ if(DOXYGEN_FOUND)
     *.md tools/examples/*.cpp)
   doxygen_add_docs(reference ${pages} ${public_headers} COMMENT "reference pages")
 endif()
+
+# Those of the Python module, by Sphinx, in BUILD/reference/python: `cmake --build BUILD --target python_reference`.
+if(TARGET malha_python)
+  add_custom_target(python_reference COMMENT "reference pages of the Python module" VERBATIM
+    COMMAND ${CMAKE_COMMAND} -E env PYTHONDONTWRITEBYTECODE=1 "PYTHONPATH=${PROJECT_BINARY_DIR}"
+            "${Python3_EXECUTABLE}" -m sphinx -q -W --keep-going
+            -b html "${PROJECT_SOURCE_DIR}/tools/python/reference" "${PROJECT_BINARY_DIR}/reference/python")
+  add_dependencies(python_reference malha_python)
+endif()

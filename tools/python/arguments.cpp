@@ -1,6 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/python/arguments.h"
 
+#include <algorithm>
+#include <cctype>
+#include <vector>
+
+#include "host/base/spelling_suggestion.h"
 #include "malha/error.h"
 #include "malha/text.h"
 #include "tools/python/arrays.h"
@@ -38,6 +43,30 @@ std::string signature_in(const std::string& said) {
   return at == std::string::npos ? "" : said.substr(from, said.find('\n', from) - from);
 }
 
+/// Returns the names of the parameters in a signature, in order and without self.
+std::vector<std::string> names_in(const std::string& signature) {
+  std::vector<std::string> names;
+  const auto is_of_name = [](unsigned char c) { return std::isalnum(c) != 0 || c == '_'; };
+  for (std::size_t at = 0; at < signature.size(); ++at) {
+    const bool begins = signature[at] == '(' || (at > 0 && signature[at] == ' ' && signature[at - 1] == ',');
+    if (!begins) continue;
+    const auto from = signature.begin() + static_cast<std::ptrdiff_t>(at) + 1;
+    const auto end = std::find_if_not(from, signature.end(), is_of_name);
+    if (std::string name(from, end); end != signature.end() && *end == ':' && name != "self") names.push_back(name);
+  }
+  return names;
+}
+
+/// Refuses a keyword that the function does not have, by the name that was probably meant.
+void refuse_keyword(const std::string& function, const std::string& signature, const py::dict& keywords) {
+  if (signature.find("**") != std::string::npos) return;
+  const std::vector<std::string> names = names_in(signature);
+  for (const auto& [name, value] : keywords)
+    if (const std::string word = text_of(name); std::find(names.begin(), names.end(), word) == names.end())
+      throw py::type_error(function + ": found the keyword '" + word + "'" + did_you_mean(word, names) +
+                           "; allowed: " + (names.empty() ? "none" : join(names)));
+}
+
 /// Replaces an error about arguments by a brief one; rethrows any other error.
 void rethrow_briefly(PyObject* given, PyObject* named) {
   const py::error_already_set raised;  // clears Python's error
@@ -49,6 +78,8 @@ void rethrow_briefly(PyObject* given, PyObject* named) {
   const auto arguments = py::reinterpret_borrow<py::tuple>(given);
   const py::dict keywords = named ? py::reinterpret_borrow<py::dict>(named) : py::dict();
   refuse_surrogates(arguments, keywords);
+  const std::string before = signature.substr(0, signature.find('('));  // "malha.Scene", or "" of what constructs none
+  refuse_keyword(before.empty() ? said.substr(0, said.find('(')) : before, signature, keywords);
   const bool constructs = !arguments.empty() && signature.starts_with("malha." + type_of(arguments[0]) + "(");
   throw py::type_error("found " + types_of(arguments, keywords, constructs ? 1 : 0) + "; allowed: " + signature);
 }

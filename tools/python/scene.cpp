@@ -249,6 +249,11 @@ void add_scene(py::module_& module) {
           "duration", [](const Scene& scene) { return scene.duration; }, "Of a whole run, s.")
       .def_property_readonly(
           "dt", [](const Scene& scene) { return scene.solver.dt; }, "A step, s.")
+      .def(py::pickle(  // the working directory, because another process has another one
+          [](const Scene& scene) { return py::make_tuple(to_json(scene), py::module_::import("os").attr("getcwd")()); },
+          [](const py::tuple& state) {
+            return parse_scene(state[0].cast<std::string>(), "scene", path_of(py::object(state[1])));
+          }))
       .def("__repr__", [](const Scene& scene) {
         return "<malha.Scene '" + scene.name + "', " + counted(scene.bodies.size(), "body", "bodies") + ">";
       });
