@@ -107,6 +107,7 @@ void select_vertices(GltfScene& file, std::span<const int> vertices) {
 FileMesh read_gltf(const std::string& file, std::string_view data, Attributes attributes) {
   GltfScene gltf = read_gltf_scene(file, data, attributes);
   FileMesh read{{}, std::move(gltf.triangles)};
+  read.colours = std::move(gltf.colours);
   read.mesh.points.resize(gltf.points.size());
   deform(gltf, gltf.rest, {}, read.mesh.points);
   return read;
@@ -485,6 +486,7 @@ class Reader {
       refuse(place, "more than " + std::to_string(std::size_t{1} << 28) + " vertices", "fewer");
     for (std::size_t v = 0; v < count; ++v)
       out_.points.push_back({points[3 * v], points[3 * v + 1], points[3 * v + 2]});
+    if (attributes_ == Attributes::All) add_colours(place + "/attributes", from, count);
     const int first_uv = attributes_ == Attributes::None ? -1 : add_texture(place + "/attributes", from, count);
     if (out_.influence_begin.empty()) out_.influence_begin.push_back(0);
     if (own >= 0)
@@ -497,6 +499,28 @@ class Reader {
     for (std::size_t t = 0; t < from.targets.size(); ++t)
       add_target(item(place + "/targets", t), from.targets[t], begin, count, static_cast<int>(t));
     return {&from, begin, count, first_uv};
+  }
+
+  /// Adds the colours of a primitive's vertices; white where it has none and others do.
+  void add_colours(const std::string& place, const gltf::Primitive& from, std::size_t count) {
+    constexpr std::array<float, 4> white{1, 1, 1, 1};
+    const auto of = from.attributes.find("COLOR_0");
+    if (of == from.attributes.end()) {
+      if (!out_.colours.empty()) out_.colours.resize(out_.points.size(), white);
+      return;
+    }
+    out_.colours.resize(out_.points.size() - count, white);
+    require_index(place + "/COLOR_0", of->second, model_.accessors.size());
+    const int size = model_.accessors[std::size_t(of->second)].type == TINYGLTF_TYPE_VEC4 ? 4 : 3;
+    const std::vector<double> all = numbers(place + "/COLOR_0", of->second, size);
+    if (all.size() != count * std::size_t(size))
+      refuse(place + "/COLOR_0", std::to_string(all.size() / std::size_t(size)),
+             std::to_string(count) + " as of POSITION");
+    for (std::size_t v = 0; v < count; ++v) {
+      std::array<float, 4>& colour = out_.colours.emplace_back(white);
+      for (std::size_t k = 0; k < std::size_t(size); ++k)
+        colour[k] = static_cast<float>(all[v * std::size_t(size) + k]);
+    }
   }
 
   /// Adds the texture coordinates of a primitive's vertices. Returns the index of the first; -1: it has none.

@@ -82,6 +82,7 @@ struct GltfScene {
   std::vector<int> influence_begin;  // first influence of each vertex, then their number
   std::vector<GltfInfluence> influences;
   std::vector<GltfTarget> targets;
+  std::vector<std::array<float, 4>> colours;  // of each vertex, its COLOR_0; empty if no primitive has any
   Polygons triangles;  // with TEXCOORD_0 where it is read; objects are the nodes that have a mesh
   std::vector<GltfClip> clips;
   GltfPose rest;  // the pose without a clip

@@ -54,7 +54,7 @@ FileMesh read_bare(const std::string& file, std::string_view data, Attributes) {
 
 Reader reader_of(const std::string& extension) {
   return extension == ".obj"    ? read_obj
-         : extension == ".ply"  ? read_bare<read_ply>
+         : extension == ".ply"  ? read_ply
          : extension == ".off"  ? read_bare<read_off>
          : extension == ".stl"  ? read_bare<read_stl>
          : extension == ".mesh" ? read_bare<read_medit>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Reading of mesh files.
 #pragma once
+#include <array>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -30,6 +31,9 @@ enum class Attributes { None, Texture, All };
 struct FileMesh {
   Mesh mesh{};
   Polygons polygons{};
+  /// Colours of the vertices as the file has them: red, green, blue, alpha, in [0, 1]. Empty: it has none, or they are
+  /// not read.
+  std::vector<std::array<float, 4>> colours{};
 };
 
 /// Reads a file or a part of it as it is, by its vertices, with what OBJ and glTF say of polygons. Throws InputError.
@@ -52,7 +56,7 @@ std::vector<int> select_part(FileMesh& file, const MeshPart& part, const std::st
 /// Readers of the formats, used by read_mesh(). `file` names the input in messages, `data` is its whole content.
 FileMesh read_obj(const std::string& file, std::string_view data, Attributes attributes);
 FileMesh read_off(const std::string& file, std::string_view data);
-FileMesh read_ply(const std::string& file, std::string_view data);
+FileMesh read_ply(const std::string& file, std::string_view data, Attributes attributes);
 FileMesh read_gltf(const std::string& file, std::string_view data, Attributes attributes);
 Mesh read_stl(const std::string& file, std::string_view data);
 Mesh read_medit(const std::string& file, std::string_view data);

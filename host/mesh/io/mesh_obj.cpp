@@ -51,7 +51,7 @@ class ObjReader {
       const std::string_view keyword = scan_.word("");
       if (keyword == "v") {
         mesh_.points.push_back({scan_.real("x"), scan_.real("y"), scan_.real("z")});
-        if (reads_names()) polygons_.vertex_object.push_back(object_.index());
+        if (reads_names()) polygons_.vertex_object.push_back(object_.index()), read_colour();
       } else if (attributes_ != Attributes::None && keyword == "vt") {
         const double u = scan_.real("u");
         polygons_.uv.push_back({u, scan_.has_word() ? scan_.real("v") : 0});
@@ -88,7 +88,8 @@ class ObjReader {
       furthest_texture_.refuse_here("texture coordinates " + std::to_string(largest_texture_),
                                     uv == 0 ? "no index, because the file has no texture coordinates"
                                             : "1 to " + std::to_string(uv) + " or -" + std::to_string(uv) + " to -1");
-    return {std::move(mesh_), std::move(polygons_)};
+    if (!colours_.empty()) colours_.resize(mesh_.points.size(), {1, 1, 1, 1});
+    return {std::move(mesh_), std::move(polygons_), std::move(colours_)};
   }
 
  private:
@@ -98,6 +99,19 @@ class ObjReader {
   std::string allowed_indices() const {
     const std::string n = std::to_string(mesh_.points.size());
     return n == "0" ? "no index, because the file has no vertices" : "1 to " + n + " or -" + n + " to -1";
+  }
+
+  /// Three numbers after x, y and z are a colour, as Blender and MeshLab write it; one is the weight of a rational
+  /// curve.
+  void read_colour() {
+    std::array<float, 4> colour{1, 1, 1, 1};
+    TextScanner ahead = scan_;
+    int numbers = 0;
+    for (; numbers < 3 && ahead.has_word(); ++numbers)
+      colour[static_cast<std::size_t>(numbers)] = static_cast<float>(ahead.real("a channel of a colour"));
+    if (numbers < 3) return;
+    colours_.resize(mesh_.points.size() - 1, {1, 1, 1, 1});
+    colours_.push_back(colour);
   }
 
   void read_corners(const char* wanted, std::size_t fewest, bool with_texture) {
@@ -152,6 +166,7 @@ class ObjReader {
   Mesh mesh_;
   Polygons polygons_;
   CurrentName object_{polygons_.objects}, group_{polygons_.groups}, material_{polygons_.materials};
+  std::vector<std::array<float, 4>> colours_;
   std::vector<int> corners_;
   long long largest_ = 0, largest_texture_ = 0;
 };

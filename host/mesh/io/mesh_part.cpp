@@ -84,9 +84,11 @@ std::vector<int> select_part(FileMesh& file, const MeshPart& part, const std::st
     vertices.push_back(static_cast<int>(v));
     mesh.points[vertices.size() - 1] = mesh.points[v];
     if (!all.vertex_object.empty()) all.vertex_object[vertices.size() - 1] = all.vertex_object[v];
+    if (!file.colours.empty()) file.colours[vertices.size() - 1] = file.colours[v];
   }
   mesh.points.resize(vertices.size());
   if (!all.vertex_object.empty()) all.vertex_object.resize(vertices.size());
+  if (!file.colours.empty()) file.colours.resize(vertices.size());
 
   keep(mesh.lines, lines), keep(all.line_object, lines), keep(all.line_group, lines);
   for (Edge& line : mesh.lines) line = {number[line[0]], number[line[1]]};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Reader of PLY files (Stanford): ascii, binary_little_endian, binary_big_endian. Elements other than vertex and face,
-// and properties other than x, y, z and the corners, are skipped.
+// and properties other than x, y, z, the corners and the vertices' colours, are skipped.
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -26,8 +26,8 @@ std::size_t size_of(Type type) {
   return sizes[static_cast<int>(type)];
 }
 
-/// Use of a property: x, y, z (0, 1, 2), the corners of a face, or skipped.
-enum Role { skipped = -1, corners = 3 };
+/// Use of a property: x, y, z (0, 1, 2), the corners of a face, red, green, blue and alpha (4 to 7), or skipped.
+enum Role { skipped = -1, corners = 3, colour = 4 };
 
 struct Property {
   std::string name;
@@ -77,6 +77,11 @@ int role_of(const std::string& element, const Property& property) {
   if (element == "vertex" && !property.count && property.name.size() == 1) {
     const auto axis = std::string_view("xyz").find(property.name);
     return axis == std::string_view::npos ? skipped : static_cast<int>(axis);
+  }
+  if (element == "vertex" && !property.count) {
+    constexpr std::string_view channels[]{"red", "green", "blue", "alpha"};
+    const auto channel = std::ranges::find(channels, property.name);
+    if (channel != std::end(channels)) return colour + static_cast<int>(channel - channels);
   }
   const bool is_corners = property.name == "vertex_indices" || property.name == "vertex_index";
   return element == "face" && property.count && is_integer(property.type) && is_corners ? corners : skipped;
@@ -278,7 +283,7 @@ void require_capacity(const std::string& file, const Element& element, const Val
 }
 
 template <class Values>
-FileMesh read_body(const std::string& file, const Header& header, Values values) {
+FileMesh read_body(const std::string& file, const Header& header, Values values, bool reads_colours) {
   FileMesh read;
   Mesh& mesh = read.mesh;
   Polygons& polygons = read.polygons;
@@ -290,12 +295,19 @@ FileMesh read_body(const std::string& file, const Header& header, Values values)
     for (long long i = 0; i < element.count; ++i) {
       values.begin({&element, i});
       Vec3 point{};
+      std::array<float, 4> tint{1, 1, 1, 1};
       for (const Property& property : element.properties) {
         if (property.role == corners) {
           read_corners(values, property, header.vertices, face);
           polygons.add(face);
           if (const std::size_t line = values.line(); line > 0) polygons.line.push_back(line);
-        } else if (property.role != skipped) {
+        } else if (property.role >= colour && reads_colours) {
+          // Integers are parts of the largest one.
+          const double most =
+              is_integer(property.type) ? std::ldexp(1.0, 8 * static_cast<int>(size_of(property.type))) - 1 : 1;
+          tint[static_cast<std::size_t>(property.role - colour)] =
+              static_cast<float>(values.real(property.type) / most);
+        } else if (property.role != skipped && property.role < colour) {
           point[static_cast<std::size_t>(property.role)] = values.real(property.type);
         } else {
           const long long size = property.count ? read_list_size(values, property) : 1;
@@ -303,6 +315,7 @@ FileMesh read_body(const std::string& file, const Header& header, Values values)
         }
       }
       if (element.name == "vertex") mesh.points.push_back(point);
+      if (reads_colours && element.has(colour)) read.colours.push_back(tint);
       values.end();
     }
   }
@@ -313,12 +326,13 @@ FileMesh read_body(const std::string& file, const Header& header, Values values)
 }  // namespace
 }  // namespace ply
 
-FileMesh read_ply(const std::string& file, std::string_view data) {
+FileMesh read_ply(const std::string& file, std::string_view data, Attributes attributes) {
+  const bool reads_colours = attributes == Attributes::All;
   TextScanner scan(file, data);
   const ply::Header header = ply::read_header(file, scan);
-  if (header.format == "ascii") return ply::read_body(file, header, ply::AsciiValues(scan));
+  if (header.format == "ascii") return ply::read_body(file, header, ply::AsciiValues(scan), reads_colours);
   const auto order = header.format == "binary_little_endian" ? std::endian::little : std::endian::big;
-  return ply::read_body(file, header, ply::BinaryValues(file, data, scan.offset(), order));
+  return ply::read_body(file, header, ply::BinaryValues(file, data, scan.offset(), order), reads_colours);
 }
 
 }  // namespace malha
