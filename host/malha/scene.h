@@ -123,6 +123,17 @@ struct Keyframe {
   double degrees = 0;  ///< of any size: 720 is two turns from a keyframe at 0
 };
 
+/// Values at the vertices of a body's shape: a list, or what its file or a picture says of each.
+struct VertexMap {
+  std::vector<double> values;  ///< of each vertex, in the numbering of the file or shape; empty: one of those below
+  /// "red", "green", "blue" or "alpha" of the vertex colours of the shape's file (OBJ, PLY, glTF), as it has them.
+  std::string colours;
+  std::string
+      picture;  ///< path of a PNG or JPEG file, which the file's texture coordinates (OBJ, glTF) lay on the shape
+  std::string channel = "red";          ///< of the picture, as of `colours`
+  std::array<double, 2> range{{0, 1}};  ///< values where the channel is 0 and where it is 1
+};
+
 // Selectors of particles. Positions are those at the start, in world space (m).
 
 /// The first or last row of a grid, or point of a chain.
@@ -150,7 +161,12 @@ struct ListPin {
 struct RimPin {
   std::optional<Vec3> nearest;  ///< m, of the closed line of the boundary that is nearest to this point; none: of all
 };
-using Selector = std::variant<RowPin, BoxPin, SpherePin, NearestPin, ListPin, RimPin>;
+/// The particles at whose vertices a map is above a bound.
+struct MapPin {
+  VertexMap map;
+  double above = 0.5;
+};
+using Selector = std::variant<RowPin, BoxPin, SpherePin, NearestPin, ListPin, RimPin, MapPin>;
 
 /// Particles that are pinned: the solver does not move them.
 struct Pin {
@@ -207,6 +223,9 @@ struct ConstraintSpec {
   /// Of `membrane` and `plate`: the modulus above is that along, and the parameter contraction across over stretch
   /// along.
   std::optional<Orthotropy> orthotropy{};
+  /// Factor of the stiffness at each vertex, > 0; an element has the mean of its vertices. With a modulus or a
+  /// compliance > 0.
+  std::optional<VertexMap> map{};
   /// Of `pressure`: the other bodies whose meshes, joined at seams with that of the body, enclose the volume.
   std::vector<std::string> with{};
 };
@@ -245,7 +264,8 @@ struct BodySpec {
   std::optional<double> mass;
   /// kg/m^2 of faces, kg/m of lines, kg/m^3 of tetrahedra, all at rest.
   std::optional<double> density;
-  double damping = 0;  ///< [0, 1] per step dt; 1: only rigid motion remains
+  std::optional<VertexMap> density_map;  ///< with `density`: its factor at each vertex, > 0
+  double damping = 0;                    ///< [0, 1] per step dt; 1: only rigid motion remains
   std::vector<Pin> pins;
   std::vector<Attachment> attachments;
   std::optional<Tear> tear;
@@ -254,6 +274,19 @@ struct BodySpec {
   std::string material;
   std::vector<ConstraintSpec> constraints;
 };
+
+/// Calls use(map) for each map of the body's vertices.
+template <class Use>
+void for_each_map(BodySpec& body, const Use& use) {
+  const auto use_selector = [&use](Selector& at) {
+    if (auto* pin = std::get_if<MapPin>(&at)) use(pin->map);
+  };
+  if (body.density_map) use(*body.density_map);
+  for (Pin& pin : body.pins) use_selector(pin.at);
+  for (Attachment& attachment : body.attachments) use_selector(attachment.at);
+  for (ConstraintSpec& spec : body.constraints)
+    if (spec.map) use(*spec.map);
+}
 
 /// What a seam joins, on one of its two sides.
 struct SeamEnd {

@@ -8,6 +8,7 @@
 #include "host/mesh/topology.h"
 #include "host/mesh/weld.h"
 #include "host/model/body_rest.h"
+#include "host/model/vertex_map.h"
 #include "malha/error.h"
 #include "malha/text.h"
 
@@ -67,9 +68,22 @@ Body make_body(const Scene& scene, std::size_t index, BodyMeshes meshes, const T
   if (!spec.material.empty() && (!body.mesh.tetrahedra.empty() || body.mesh.faces.empty()))
     refuse(scene.file, pointer("bodies", index, "material"), "a fabric of a body without faces, or with tetrahedra",
            "a fabric of a surface");
+  std::vector<double> density_map;
+  if (spec.density_map)
+    density_map =
+        factors_at_points(scene, index, body.mesh, *spec.density_map, pointer("bodies", index, "density_map"));
+  for (std::size_t c = 0; c < spec.constraints.size(); ++c) {
+    const std::optional<VertexMap>& map = spec.constraints[c].map;
+    const std::string here = pointer("bodies", index, "constraints/") + std::to_string(c) + "/map";
+    body.stiffness_maps.push_back(map ? factors_at_points(scene, index, body.mesh, *map, here) : std::vector<double>{});
+  }
   if (torn)
     for (const Split& split : *torn->splits)
       if (split.body == static_cast<int>(index)) {
+        const auto vertex = static_cast<std::size_t>(split.vertex);
+        for (std::vector<double>& map : body.stiffness_maps)
+          if (!map.empty()) map.push_back(double{map[vertex]});
+        if (!density_map.empty()) density_map.push_back(double{density_map[vertex]});
         if (body.rest && !body.shape().has_seams()) apply(split, *body.rest);  // otherwise corners keep their places
         apply(split, body.mesh), split_boundary_conditions(split.vertex, body.boundary);
       }
@@ -77,6 +91,7 @@ Body make_body(const Scene& scene, std::size_t index, BodyMeshes meshes, const T
   const Mesh& at_rest = body.rest ? *body.rest : body.mesh;
   body.mass = spec.mass ? masses_by_total(body.mesh, *spec.mass, at_rest)
                         : masses_by_density(body.mesh, *spec.density, at_rest);
+  for (std::size_t i = 0; i < density_map.size(); ++i) body.mass[i] *= density_map[i];
   for (std::size_t i = 0; i < body.mass.size(); ++i)
     if (!(body.mass[i] > 0))
       refuse(scene.file, pointer("bodies", index, spec.mass ? "mass" : "density"),

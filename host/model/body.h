@@ -20,6 +20,8 @@ struct Body {
   std::vector<Edge> edges;
   BoundaryConditions boundary;
   std::vector<double> mass;  // kg, of each particle
+  // Factors of the stiffness of each constraint of the scene at each particle; empty: without a map.
+  std::vector<std::vector<double>> stiffness_maps;
   RestShape shape() const { return {mesh, rest ? &*rest : nullptr}; }
 };
 

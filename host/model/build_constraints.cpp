@@ -155,7 +155,8 @@ SpringSet springs_of(const ConstraintSpec& spec, double full, const Elements& al
   for (std::size_t c = 0; c < all.particles.size() / 2; ++c) {
     const Edge ends{all.particles[2 * c], all.particles[2 * c + 1]};
     if (ends[0] == ends[1]) continue;
-    const double alpha = spec.rigidity ? all.softness[c] / *spec.rigidity : spec.compliance.value_or(0);
+    const double alpha = spec.rigidity ? all.softness[c] / *spec.rigidity
+                                       : spec.compliance.value_or(0) * (all.softness.empty() ? 1 : all.softness[c]);
     const double k = alpha > 0 ? 1 / alpha : spec.compliance || spec.rigidity ? full : spec.stiffness * full;
     if (!(k > 0)) continue;
     set.ends.push_back(ends), set.stiffness.push_back(k);
@@ -244,8 +245,9 @@ class ConstraintBuilder {
         if (spec.orthotropy.has_value() != std::is_same_v<Material<Kind>, Orthotropic>) return;
         ConstraintSpec of = spec;
         of.type = Kind::name;
+        const auto c = static_cast<std::size_t>(&spec - model_.scene.bodies[b].constraints.data());
         if (of.orthotropy) of.orthotropy->along = direction_along(b, *spec.orthotropy, place);
-        add_set<Kind>(b, of, place);
+        add_set<Kind>(b, of, bodies_[b].stiffness_maps[c], place);
       });
     });
     for (std::size_t b = 0; b < bodies_.size(); ++b) {
@@ -308,7 +310,7 @@ class ConstraintBuilder {
   }
 
   template <class Kind>
-  void add_set(std::size_t b, const ConstraintSpec& spec, const std::string& place) {
+  void add_set(std::size_t b, const ConstraintSpec& spec, const std::vector<double>& map, const std::string& place) {
     auto [all, remainder, non_manifold] = list_elements(Kind::element, bodies_[b], spec, shear_of(b));
     if (non_manifold > 0) note_crowded(b, Kind::name, non_manifold);
     if (all.particles.empty() && remainder.particles.empty()) {
@@ -316,6 +318,7 @@ class ConstraintBuilder {
       refuse(model_.scene.file, place, "a mesh without elements for " + std::string(Kind::name),
              facts_of(Kind::element).needed);
     }
+    if (!map.empty()) multiply_stiffness(map, facts_of(Kind::element).particles, all);
     to_solver_order(b, all, Kind::element);
     const bool filtered = is_filtered<Kind>(spec, all);
     add_elements<Kind>(b, spec, std::move(all), filtered);
@@ -323,8 +326,20 @@ class ConstraintBuilder {
       ConstraintSpec other = spec;
       other.type = Kind::Remainder::name, other.parameter = Kind::Remainder::parameter.default_value;
       other.orthotropy = {};  // which is in the softness
+      if (!map.empty()) multiply_stiffness(map, facts_of(Kind::Remainder::element).particles, remainder);
       to_solver_order(b, remainder, Kind::Remainder::element);
       add_elements<typename Kind::Remainder>(b, other, std::move(remainder), filtered);
+    }
+  }
+
+  /// Multiplies the stiffness of each element by the mean of a map at its particles.
+  static void multiply_stiffness(const std::vector<double>& map, int arity, Elements& all) {
+    const std::size_t count = all.particles.size() / static_cast<std::size_t>(arity);
+    if (all.softness.empty()) all.softness.assign(count, 1);
+    for (std::size_t c = 0; c < count; ++c) {
+      double sum = 0;
+      for (int j = 0; j < arity; ++j) sum += map[all.particles[c * static_cast<std::size_t>(arity) + j]];
+      all.softness[c] *= arity / sum;
     }
   }
 

@@ -9,6 +9,7 @@
 #include "host/mesh/vectors.h"
 #include "host/mesh/weld.h"
 #include "host/model/model.h"
+#include "host/model/vertex_map.h"
 #include "malha/error.h"
 
 namespace malha {
@@ -18,8 +19,9 @@ namespace {
 /// Finds the particles that a selector selects.
 class ParticleFinder {
  public:
-  ParticleFinder(const Shape& shape, const Mesh& mesh)
-      : shape_(shape), mesh_(mesh), n_(static_cast<int>(mesh.points.size())) {}
+  /// `place`: of the selector in the scene, for messages.
+  ParticleFinder(const Shape& shape, const Mesh& mesh, const MapPlace& place)
+      : shape_(shape), mesh_(mesh), place_(place), n_(static_cast<int>(mesh.points.size())) {}
 
   std::vector<int> operator()(const RowPin& pin) const {
     int row = 0;
@@ -45,6 +47,13 @@ class ParticleFinder {
     };
     const auto& points = mesh_.points;
     return {static_cast<int>(std::ranges::min_element(points, nearer) - points.begin())};
+  }
+  std::vector<int> operator()(const MapPin& pin) const {
+    const std::vector<double> values = values_at_points(shape_, mesh_, pin.map, place_);
+    std::vector<int> found;
+    for (int i = 0; i < n_; ++i)
+      if (values[static_cast<std::size_t>(i)] > pin.above) found.push_back(i);
+    return found;
   }
   /// The vertices in the numbering of the file.
   std::vector<int> operator()(const ListPin& pin) const { return pin.particles; }
@@ -79,6 +88,7 @@ class ParticleFinder {
 
   const Shape& shape_;
   const Mesh& mesh_;
+  const MapPlace place_;
   int n_;
 };
 
@@ -188,7 +198,8 @@ std::vector<int> points_of(const Scene& scene, const Mesh& mesh, std::vector<int
 
 std::vector<int> select_particles(const Scene& scene, std::size_t body, const Mesh& mesh, const Selector& selector,
                                   const std::string& here, const std::string& allowed) {
-  std::vector<int> found = std::visit(ParticleFinder(scene.bodies[body].shape, mesh), selector);
+  std::vector<int> found =
+      std::visit(ParticleFinder(scene.bodies[body].shape, mesh, {scene.file, here + "/map"}), selector);
   if (found.empty())
     refuse(scene.file, here, "no particle there",
            allowed + " (rows are for grids and chains, rims for meshes that are not closed)");

@@ -34,12 +34,15 @@ std::uint64_t scene_hash(const Model& model) {
   scene.duration = 1;
   scene.outputs = {};
   scene.expect = {};
+  bool has_maps = false;
   const auto forget_folder = [](auto* mesh) {
     if (mesh) mesh->path = std::filesystem::path(mesh->path).filename();
   };
   for (BodySpec& body : scene.bodies) {
     forget_folder(std::get_if<MeshFile>(&body.shape));
     if (body.rest) forget_folder(std::get_if<RestMesh>(&*body.rest));
+    for_each_map(body,
+                 [&](VertexMap& map) { map.picture = std::filesystem::path(map.picture).filename(), has_maps = true; });
   }
   for (EnvironmentSpec& environment : scene.environment) forget_folder(std::get_if<MeshFile>(&environment.shape));
   const std::string json = to_json(scene);
@@ -48,6 +51,9 @@ std::uint64_t scene_hash(const Model& model) {
   hash = hash_values(model.x, hash);
   for (const Mesh& rest : model.render_mesh.rest) hash = hash_values(rest.points, hash_values(rest.faces, hash));
   for (const ConstraintSet& set : model.sets) hash = hash_values(set.particles, hash);
+  for (const ConstraintSet& set : model.sets)
+    if (has_maps) hash = hash_values(set.softness, hash);
+  if (has_maps) hash = hash_values(model.mass, hash);
   for (const PressureSet& set : model.pressures) hash = hash_values(set.triangles, hash);
   for (const FileVertices& file : model.render_mesh.vertices)
     hash = hash_values(file.point, hash);  // pins are given by vertices

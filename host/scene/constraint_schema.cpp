@@ -21,12 +21,12 @@ const std::vector<ConstraintSchema>& constraint_kinds() {
       const Parameter& p = Kind::parameter;
       const Strength& s = Kind::strength;
       all.push_back({Kind::name, p.name, p.default_value, p.minimum, p.minimum_allowed, p.maximum, s.accepts_stiffness,
-                     s.modulus ? s.modulus : "", s.unit ? s.unit : "", "", Kind::element == Element::Edges});
+                     s.modulus ? s.modulus : "", s.unit ? s.unit : "", "", Kind::element == Element::Edges, true});
     });
     // These are not in the registry, because they have no batches: pressure acts on a whole mesh, long_range on one
     // particle at a time.
-    all.push_back({"pressure", "volume_ratio", 1, 0, false, infinite, true, "", "", "", false});
-    all.push_back({"long_range", "limit", 0, 0, true, infinite, false, "", "", "", false});
+    all.push_back({"pressure", "volume_ratio", 1, 0, false, infinite, true, "", "", "", false, false});
+    all.push_back({"long_range", "limit", 0, 0, true, infinite, false, "", "", "", false, false});
     return all;
   }();
   return kinds;

@@ -175,6 +175,7 @@ Scene load_scene(const std::string& path) {
     resolve_shape(body.shape);
     if (body.rest)
       if (auto* mesh = std::get_if<RestMesh>(&*body.rest)) resolve_at_target(mesh->path);
+    for_each_map(body, [&](VertexMap& map) { resolve_at_target(map.picture); });
   }
   for (EnvironmentSpec& object : scene.environment) {
     resolve_shape(object.shape);

@@ -50,7 +50,7 @@ Field of_two_moduli(const std::string& key, ConstraintSpec& spec, T Orthotropy::
 
 /// `kind`: null for a type that does not exist. What was set in code although the kind lacks it is written too, so that
 /// check_scene() refuses it.
-Fields fields_of(ConstraintSpec& spec, const ConstraintSchema* kind) {
+Fields fields_of(ConstraintSpec& spec, const ConstraintSchema* kind, const std::string& folder) {
   Fields fields{{"type", [](const JsonReader&) {}, true, [&spec](JsonValue& json) { json["type"] = spec.type; }}};
   if (kind && kind->on_edges) fields.push_back(choices("elements", "element", spec.elements, {"edges", "shear"}));
   if (kind) {
@@ -84,6 +84,7 @@ Fields fields_of(ConstraintSpec& spec, const ConstraintSchema* kind) {
   if (accepts)
     fields.push_back(
         written_if(!has_modulus && !spec.compliance, field("stiffness", spec.stiffness, between(0, 1, ""))));
+  if (!kind || kind->has_elements || spec.map) fields.push_back(map_field("map", spec.map, folder));
   return fields;
 }
 
@@ -108,7 +109,7 @@ void check_orthotropy(const JsonReader& at, const ConstraintSchema& kind, const 
                 "'" + kind.parameter + "' <= " + shown(most) + ", so that every strain stores energy");
 }
 
-ConstraintSpec read_constraint(const JsonReader& at) {
+ConstraintSpec read_constraint(const JsonReader& at, const std::string& folder) {
   std::vector<std::string> names;
   for (const ConstraintSchema& kind : constraint_kinds()) names.push_back(kind.name);
   ConstraintSpec spec;
@@ -120,7 +121,7 @@ ConstraintSpec read_constraint(const JsonReader& at) {
     at.at("pressure").refuse("'pressure', which is a ratio of volumes, not a pressure", "'volume_ratio'");
   // The modulus decides, before it is read, whether the material has two of them.
   if (!kind.shear.empty() && at.has(kind.modulus) && at.at(kind.modulus).value().is_array()) spec.orthotropy.emplace();
-  at.object(fields_of(spec, &kind));
+  at.object(fields_of(spec, &kind, folder));
   if (spec.orthotropy)
     check_orthotropy(at, kind, spec);
   else if (!kind.shear.empty())
@@ -129,6 +130,10 @@ ConstraintSpec read_constraint(const JsonReader& at) {
     at.at("compliance").refuse("both 'stiffness' and 'compliance'", "one of them");
   if (at.has(kind.modulus) && (at.has("stiffness") || at.has("compliance")))
     at.at(kind.modulus).refuse("'" + kind.modulus + "' beside 'stiffness' or 'compliance'", "one of them");
+  if (spec.map && !spec.rigidity && !spec.young_modulus && !(spec.compliance.value_or(0) > 0))
+    at.at("map").refuse(
+        "'map' of a constraint that does not give way",
+        "'map' beside " + (kind.modulus.empty() ? "" : "'" + kind.modulus + "' or ") + "a 'compliance' > 0");
   return spec;
 }
 
@@ -156,12 +161,14 @@ Fields fields_of(BodySpec& body, const std::string& folder) {
       field("mass", body.mass, above(0, "kg")),
       field("density", body.density, above(0, "kg/m^2 of surface, kg/m of lines, kg/m^3 of tetrahedra")),
       field("damping", body.damping, between(0, 1, "")),
-      pins_field(body),
-      attachments_field(body),
+      map_field("density_map", body.density_map, folder),
+      pins_field(body, folder),
+      attachments_field(body, folder),
       part("tear", body.tear),
       material_field(body.material),
-      list("constraints", body.constraints, read_constraint,
-           [](ConstraintSpec& spec) { return write(fields_of(spec, kind_of(spec.type))); }),
+      list(
+          "constraints", body.constraints, [folder](const JsonReader& at) { return read_constraint(at, folder); },
+          [folder](ConstraintSpec& spec) { return write(fields_of(spec, kind_of(spec.type), folder)); }),
   };
 }
 
@@ -172,6 +179,8 @@ BodySpec read_body(const JsonReader& at, const std::string& folder) {
   if (body.density && is_loose(body.shape)) {
     at.at(at.has("density") ? "density" : "material").refuse("a density of loose particles", "'mass' (kg)");
   }
+  if (body.density_map && !body.density)
+    at.at("density_map").refuse("'density_map' without 'density'", "'density_map' beside 'density'");
   if (body.tear) {
     const bool closed = std::any_of(body.constraints.begin(), body.constraints.end(),
                                     [](const ConstraintSpec& c) { return c.type == "pressure"; });

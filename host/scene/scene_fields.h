@@ -177,6 +177,15 @@ Field path_field(const std::string& key, std::string& path, const std::string& f
 /// The rest shape of a body. Paths are as those of shapes.
 Field rest_field(std::optional<RestSpec>& rest, const std::string& folder);
 Fields fields_of(Transform& transform);
+/// A map of vertices: one of its sources, a channel, a range. Paths are as those of shapes.
+Field map_field(const std::string& key, std::optional<VertexMap>& map, const std::string& folder);
+/// The keys of a map: of which one is required, and which may stand beside it.
+struct MapFields {
+  Fields sources, options;
+};
+MapFields fields_of(VertexMap& map, const std::string& folder);
+/// Refuses keys that do not go together.
+void check(const JsonReader& at, const VertexMap& map);
 /// A rotation: its axis and angle.
 Field rotation_field(Vec3& axis, double& degrees);
 /// An axis-aligned box (m): "min" and "max".
@@ -193,8 +202,8 @@ Fields fields_of(BodySpec& body, const std::string& folder);
 BodySpec read_body(const JsonReader& at, const std::string& folder);
 /// Selectors of particles of a body with this shape.
 Fields selectors(Selector& to, const Shape& shape);
-Field pins_field(BodySpec& body);
-Field attachments_field(BodySpec& body);
+Field pins_field(BodySpec& body, const std::string& folder);
+Field attachments_field(BodySpec& body, const std::string& folder);
 Fields fields_of(Tear& tear);
 /// The seams of a scene whose bodies are read. `bodies`: their names; empty if they are unknown.
 Field seams_field(Scene& scene, const std::vector<std::string>& bodies);

@@ -65,6 +65,33 @@ Fields selectors(Selector& to, const Shape& shape) {
 
 namespace {
 
+/// A map, with the bound beside its own keys.
+Field map_pin_field(Selector& to, const std::string& folder) {
+  const auto read = [&to, folder](const JsonReader& at) {
+    MapPin pin;
+    auto [sources, options] = fields_of(pin.map, folder);
+    options.push_back(field("above", pin.above, any("")));
+    at.one_of(sources, options);
+    check(at, pin.map);
+    to = std::move(pin);
+  };
+  return {"map", read, false, [&to, folder](JsonValue& json) {
+            auto* pin = std::get_if<MapPin>(&to);
+            if (!pin) return;
+            const auto [sources, options] = fields_of(pin->map, folder);
+            json["map"] = write(sources);
+            json["map"].update(write(options));
+            json["map"]["above"] = pin->above;
+          }};
+}
+
+/// Selectors of particles of a body, which may be by a map of its vertices.
+Fields selectors_of_body(Selector& to, const Shape& shape, const std::string& folder) {
+  Fields all = selectors(to, shape);
+  all.push_back(map_pin_field(to, folder));
+  return all;
+}
+
 /// The motion of particles from their positions at the start. The first keyframe must be the identity, otherwise they
 /// would jump.
 Field motion_from_start(std::vector<Keyframe>& motion) {
@@ -84,10 +111,10 @@ Fields target_fields(Attachment& attachment) {
           field("point", attachment.point, any("m"))};
 }
 
-Fields fields_of(Attachment& attachment, const Shape& shape) {
+Fields fields_of(Attachment& attachment, const Shape& shape, const std::string& folder) {
   return {
-      {"at", [&](const JsonReader& at) { at.one_of(selectors(attachment.at, shape)); }, true,
-       [&](JsonValue& json) { json["at"] = write(selectors(attachment.at, shape)); }},
+      {"at", [&, folder](const JsonReader& at) { at.one_of(selectors_of_body(attachment.at, shape, folder)); }, true,
+       [&, folder](JsonValue& json) { json["at"] = write(selectors_of_body(attachment.at, shape, folder)); }},
       written_if(!attachment.environment.empty() || attachment.point,
                  {"to", [&](const JsonReader& at) { at.one_of(target_fields(attachment)); }, false,
                   [&](JsonValue& json) { json["to"] = write(target_fields(attachment)); }}),
@@ -113,29 +140,29 @@ Field if_shaped(const BodySpec& body, Field of) {
 
 }  // namespace
 
-Field pins_field(BodySpec& body) {
-  const auto read_one = [&body](const JsonReader& at) {
+Field pins_field(BodySpec& body, const std::string& folder) {
+  const auto read_one = [&body, folder](const JsonReader& at) {
     Pin pin;
-    at.one_of(selectors(pin.at, body.shape), pin_options(pin));
+    at.one_of(selectors_of_body(pin.at, body.shape, folder), pin_options(pin));
     return pin;
   };
-  const auto write_one = [&body](Pin& pin) {
-    JsonValue json = write(selectors(pin.at, body.shape));
+  const auto write_one = [&body, folder](Pin& pin) {
+    JsonValue json = write(selectors_of_body(pin.at, body.shape, folder));
     json.update(write(pin_options(pin)));
     return json;
   };
   return if_shaped(body, list("pins", body.pins, read_one, write_one));
 }
 
-Field attachments_field(BodySpec& body) {
-  const auto read_one = [&body](const JsonReader& at) {
+Field attachments_field(BodySpec& body, const std::string& folder) {
+  const auto read_one = [&body, folder](const JsonReader& at) {
     Attachment attachment;
-    at.object(fields_of(attachment, body.shape));
+    at.object(fields_of(attachment, body.shape, folder));
     if (attachment.compliance && at.has("stiffness"))
       at.at("compliance").refuse("both 'stiffness' and 'compliance'", "one of them");
     return attachment;
   };
-  const auto write_one = [&body](Attachment& one) { return write(fields_of(one, body.shape)); };
+  const auto write_one = [&body, folder](Attachment& one) { return write(fields_of(one, body.shape, folder)); };
   return written_if(!body.attachments.empty(),
                     if_shaped(body, list("attachments", body.attachments, read_one, write_one)));
 }

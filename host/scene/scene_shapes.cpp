@@ -231,6 +231,42 @@ Field shape_field(Shape& shape, ShapeUse use, const std::string& folder) {
           }};
 }
 
+MapFields fields_of(VertexMap& map, const std::string& folder) {
+  const auto channel_field = [](const std::string& key, std::string& channel) {
+    const auto read = [&channel](const JsonReader& at) {
+      channel = at.choice("channel", {"red", "green", "blue", "alpha"});
+    };
+    return Field{key, read, false, [&channel, key](JsonValue& json) { json[key] = channel; }};
+  };
+  return {{written_if(!map.values.empty(), field("values", map.values, any(""))),
+           written_if(!map.colours.empty(), channel_field("colours", map.colours)),
+           written_if(!map.picture.empty(), path_field("picture", map.picture, folder))},
+          {written_if(!map.picture.empty(), channel_field("channel", map.channel)),
+           written_if(map.values.empty(), field("range", map.range, any("")))}};
+}
+
+void check(const JsonReader& at, const VertexMap& map) {
+  if (at.has("values") && map.values.empty()) at.at("values").refuse_value("a value for each vertex");
+  if (at.has("channel") && map.picture.empty())
+    at.at("channel").refuse("'channel' without 'picture'", "'channel' beside 'picture'");
+  if (at.has("range") && !map.values.empty())
+    at.at("range").refuse("'range' beside 'values'", "'range' beside 'colours' or 'picture'");
+}
+
+Field map_field(const std::string& key, std::optional<VertexMap>& map, const std::string& folder) {
+  const auto read = [&map, folder](const JsonReader& at) {
+    const auto [sources, options] = fields_of(map.emplace(), folder);
+    at.one_of(sources, options);
+    check(at, *map);
+  };
+  return {key, read, false, [&map, key, folder](JsonValue& json) {
+            if (!map) return;
+            const auto [sources, options] = fields_of(*map, folder);
+            json[key] = write(sources);
+            json[key].update(write(options));
+          }};
+}
+
 Field rest_field(std::optional<RestSpec>& rest, const std::string& folder) {
   const auto fields = [folder](RestSpec& of) {
     const auto read_path = [&of, folder](const JsonReader& at) { of = RestMesh{resolved(folder, at.text())}; };

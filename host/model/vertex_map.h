@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+// Values at the points of a body's mesh from a map of its shape's vertices.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "malha/scene.h"
+
+namespace malha {
+
+/// The place of a map, for messages: the scene's file and a JSON pointer.
+struct MapPlace {
+  std::string file, pointer;
+};
+
+/// The values of a map at the points of the mesh of a shape, before any tear. A point that several vertices were merged
+/// into has their mean, and a vertex with several texture coordinates that of what the picture has there. Throws
+/// InputError: a list of another length, colours, texture coordinates or a picture that are not there.
+std::vector<double> values_at_points(const Shape& shape, const Mesh& mesh, const VertexMap& map, const MapPlace& place);
+
+/// The same for a body of the scene. Refuses values that are not > 0.
+std::vector<double> factors_at_points(const Scene& scene, std::size_t body, const Mesh& mesh, const VertexMap& map,
+                                      const std::string& pointer);
+
+/// A picture: its channels from the top row on, each in [0, 1].
+struct ChannelPicture {
+  int width = 0, height = 0, channels = 0;
+  std::vector<float> values;
+
+  /// The value of a channel (0 to 3: red, green, blue, alpha) at the texture coordinates u and v, which repeat beyond 0
+  /// and 1: linear between the middles of pixels. Grey pictures have one value for red, green and blue.
+  double at(int channel, double u, double v) const;
+};
+
+/// Reads a PNG or JPEG file, of 8 or 16 bits a channel. Throws InputError.
+ChannelPicture read_picture(const std::string& path);
+
+}  // namespace malha
