@@ -17,29 +17,33 @@ inline std::string quoted(std::string_view word) {
   return text + (word.size() > 40 ? "...\"" : "\"");
 }
 
+/// A character of a UTF-8 text: its number of bytes, 0 where they are not well-formed, and its code point.
+struct Utf8Character {
+  std::size_t length;
+  unsigned code;
+};
+inline Utf8Character utf8_character(std::string_view text, std::size_t at) {
+  const auto byte = [&](std::size_t i) { return at + i < text.size() ? static_cast<unsigned char>(text[at + i]) : 0u; };
+  const unsigned lead = byte(0);
+  const std::size_t length = lead < 0x80 ? 1 : lead >> 5 == 0x6 ? 2 : lead >> 4 == 0xe ? 3 : lead >> 3 == 0x1e ? 4 : 0;
+  unsigned code = length < 2 ? lead : lead & (0x7fu >> length);
+  bool good = length > 0;
+  for (std::size_t i = 1; i < length; ++i) good = good && byte(i) >> 6 == 0x2, code = code << 6 | (byte(i) & 0x3f);
+  constexpr unsigned least[] = {0, 0, 0x80, 0x800, 0x10000};  // overlong forms could hide a character
+  good = good && code >= least[length] && code <= 0x10ffff && !(code >= 0xd800 && code < 0xe000);
+  return {good ? length : 0, code};
+}
+
 /// A text as one line for terminals. Bytes that are not well-formed UTF-8, control characters and characters that
 /// change the direction of writing become '?'.
 inline std::string printable(std::string_view text) {
   std::string shown;
   for (std::size_t at = 0; at < text.size();) {
-    const auto byte = [&](std::size_t i) {
-      return at + i < text.size() ? static_cast<unsigned char>(text[at + i]) : 0u;
-    };
-    const unsigned lead = byte(0);
-    const std::size_t length = lead < 0x80         ? 1
-                               : lead >> 5 == 0x6  ? 2
-                               : lead >> 4 == 0xe  ? 3
-                               : lead >> 3 == 0x1e ? 4
-                                                   : 0;
-    unsigned code = length < 2 ? lead : lead & (0x7fu >> length);
-    bool good = length > 0;
-    for (std::size_t i = 1; i < length; ++i) good = good && byte(i) >> 6 == 0x2, code = code << 6 | (byte(i) & 0x3f);
-    constexpr unsigned least[] = {0, 0, 0x80, 0x800, 0x10000};  // overlong forms could hide a character
-    good = good && code >= least[length] && code <= 0x10ffff && !(code >= 0xd800 && code < 0xe000);
+    const auto [length, code] = utf8_character(text, at);
     const bool control = code < 0x20 || (code >= 0x7f && code < 0xa0) || (code >= 0x2028 && code < 0x202f) ||
                          (code >= 0x2066 && code < 0x206a) || code == 0xfeff;  // line breaks, changes of direction
-    shown += good && !control ? std::string(text.substr(at, length)) : "?";
-    at += good ? length : 1;
+    shown += length > 0 && !control ? std::string(text.substr(at, length)) : "?";
+    at += length > 0 ? length : 1;
   }
   return shown;
 }

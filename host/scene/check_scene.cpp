@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "host/scene/scene_fields.h"
 
@@ -51,7 +52,7 @@ void check_scene(const Scene& scene) {
   Scene small = scene;
   for (BodySpec& body : small.bodies) shorten(body.shape), shorten(body.rest);
   for (EnvironmentSpec& object : small.environment) shorten(object.shape);
-  parse_scene(to_json(small), scene.file, "");
+  read_scene(write_scene(std::move(small), ""), scene.file, "");
 }
 
 }  // namespace malha

@@ -2,9 +2,8 @@
 #include "host/scene/json.h"
 
 #include <algorithm>
-#include <charconv>
-#include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <iterator>
 #include <nlohmann/json.hpp>
 
@@ -47,24 +46,26 @@ class TrackedText {
 };
 
 // Builds the tree from nlohmann's parse events. open_ is the path from the root to the container that is being filled.
-class TreeBuilder : public nlohmann::json_sax<Json> {
+class TreeBuilder : public nlohmann::json_sax<nlohmann::json> {
  public:
   TreeBuilder(const std::string& text, const std::string& file) : text_(text), file_(file), place_(text.data()) {}
 
   const char** place() { return &place_; }
-  Json take() { return std::move(root_); }
+  JsonValue take() { return std::move(root_); }
 
-  bool null() override { return add(nullptr); }
+  bool null() override { return add({}); }
   bool boolean(bool value) override { return add(value); }
   bool number_integer(number_integer_t value) override { return add(value); }
-  bool number_unsigned(number_unsigned_t value) override { return add(value); }
+  bool number_unsigned(number_unsigned_t value) override {
+    return value <= INT64_MAX ? add(value) : add(static_cast<double>(value));
+  }
   bool number_float(number_float_t value, const string_t&) override { return add(value); }
   bool string(string_t& value) override { return add(std::move(value)); }
   bool binary(binary_t&) override { return false; }  // never in JSON text
 
-  bool start_object(std::size_t) override { return open(Json::object()); }
+  bool start_object(std::size_t) override { return open(JsonValue::object()); }
   bool end_object() override { return close(); }
-  bool start_array(std::size_t) override { return open(Json::array()); }
+  bool start_array(std::size_t) override { return open(JsonValue::array()); }
   bool end_array() override { return close(); }
 
   bool key(string_t& key) override {
@@ -106,12 +107,16 @@ class TreeBuilder : public nlohmann::json_sax<Json> {
     const bool trailing_comma = before != std::string::npos && text_[before] == ',';
     return trailing_comma ? "; strict JSON has no comma after the last item" : "";
   }
-  bool add(Json value) {
-    last_ = open_.empty() ? &root_ : open_.back()->is_array() ? &open_.back()->emplace_back() : &(*open_.back())[key_];
-    *last_ = std::move(value);
+  bool add(JsonValue value) {
+    if (open_.empty())
+      last_ = &(root_ = std::move(value));
+    else if (open_.back()->is_array())
+      last_ = &open_.back()->push_back(std::move(value));
+    else
+      last_ = &((*open_.back())[key_] = std::move(value));
     return true;
   }
-  bool open(Json container) {
+  bool open(JsonValue container) {
     if (open_.size() >= max_depth) {
       refuse(file_, line_and_column(text_, static_cast<std::size_t>(place_ - text_.data()) - 1),
              "more than " + std::to_string(max_depth) + " levels of brackets", std::to_string(max_depth) + " levels");
@@ -139,48 +144,20 @@ class TreeBuilder : public nlohmann::json_sax<Json> {
   const std::string& text_;
   const std::string& file_;
   const char* place_;
-  Json root_;
-  Json* last_ = nullptr;  // the value that was added last
-  std::string key_;       // of the next value of an object
-  std::vector<Json*> open_;
+  JsonValue root_;
+  JsonValue* last_ = nullptr;  // the value that was added last
+  std::string key_;            // of the next value of an object
+  std::vector<JsonValue*> open_;
 };
 
 }  // namespace
 
-Json parse_json(const std::string& text, const std::string& file) {
+JsonValue parse_json(const std::string& text, const std::string& file) {
   TreeBuilder builder(text, file);
   const char* begin = text.data();
-  Json::sax_parse(TrackedText(begin, builder.place()), TrackedText(begin + text.size(), builder.place()), &builder);
+  nlohmann::json::sax_parse(TrackedText(begin, builder.place()), TrackedText(begin + text.size(), builder.place()),
+                            &builder);
   return builder.take();
-}
-
-std::string json_pointer(const std::string& pointer, const std::string& key) {
-  std::string escaped;
-  for (const char c : key) {
-    if (c == '~') {
-      escaped += "~0";
-    } else if (c == '/') {
-      escaped += "~1";
-    } else {
-      escaped += c;
-    }
-  }
-  return pointer + "/" + escaped;
-}
-
-std::string describe(const Json& value) {
-  constexpr std::size_t longest = 60;
-  if (value.is_object()) return "an object";
-  if (value.is_array()) return "a list of " + std::to_string(value.size());
-  if (value.is_number()) {
-    const double x = value.get<double>();
-    if (x == std::floor(x) && std::abs(x) < 1e15) return std::to_string(static_cast<long long>(x));  // not 1e+05
-    char digits[32];
-    return std::string(digits, std::to_chars(digits, digits + sizeof digits, x).ptr);
-  }
-  const std::string text = value.dump();  // of a string: with escaped line breaks
-  const std::size_t size = value.is_string() ? value.get_ref<const std::string&>().size() : 0;
-  return size > longest ? "a string of " + std::to_string(size) + " bytes" : text;
 }
 
 }  // namespace malha

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "host/base/spelling_suggestion.h"
 #include "malha/error.h"
@@ -11,7 +10,7 @@
 namespace malha {
 namespace {
 
-std::string digits(double number) { return describe(number); }
+std::string digits(double number) { return describe(JsonValue(number)); }
 
 std::vector<std::string> keys_of(const std::vector<JsonReader::Field>& fields) {
   std::vector<std::string> keys;
@@ -40,7 +39,7 @@ std::string describe(const Integers& range) {
   return "an integer in [" + std::to_string(range.min) + ", " + std::to_string(range.max) + "]";
 }
 
-JsonReader::JsonReader(const Json& value, const std::string& file, const std::string& pointer, ErrorList* errors)
+JsonReader::JsonReader(const JsonValue& value, const std::string& file, const std::string& pointer, ErrorList* errors)
     : value_(&value), file_(file), pointer_(pointer), errors_(errors) {}
 
 void JsonReader::refuse(const std::string& found, const std::string& allowed) const {
@@ -51,14 +50,14 @@ void JsonReader::refuse_value(const std::string& allowed) const { refuse(describ
 
 bool JsonReader::has(const std::string& key) const { return value_->contains(key); }
 
-JsonReader JsonReader::child(const Json& item, const std::string& key) const {
+JsonReader JsonReader::child(const JsonValue& item, const std::string& key) const {
   return JsonReader(item, file_, json_pointer(pointer_, key), errors_);
 }
 
 JsonReader JsonReader::at(const std::string& key) const {
   if (!value_->is_object()) refuse_value("an object with the key '" + key + "'");
-  const auto found = value_->find(key);
-  if (found == value_->end()) refuse("no key '" + key + "'", "an object with the key '" + key + "'");
+  const JsonValue* found = value_->find(key);
+  if (found == nullptr) refuse("no key '" + key + "'", "an object with the key '" + key + "'");
   return child(*found, key);
 }
 
@@ -73,8 +72,8 @@ bool JsonReader::has_only(const std::vector<Field>& fields) const {
   const std::vector<std::string> allowed = keys_of(fields);
   if (!value_->is_object()) refuse_value("an object with the keys " + join(allowed));
   bool all = true;
-  for (const auto& item : value_->items()) {
-    const std::string& key = item.key();
+  for (const JsonValue::Member& member : value_->members()) {
+    const std::string& key = member.key;
     if (std::find(allowed.begin(), allowed.end(), key) != allowed.end()) continue;
     all = false;
     collect([&] { at(key).refuse("unknown key '" + key + "'" + did_you_mean(key, allowed), join(allowed)); });
@@ -102,9 +101,9 @@ void JsonReader::one_of(const std::vector<Field>& fields, const std::vector<Fiel
   all.insert(all.end(), optional.begin(), optional.end());
   if (!has_only(all)) ErrorList::end_part();
   std::vector<std::string> found;
-  for (const auto& item : value_->items())
-    if (std::any_of(fields.begin(), fields.end(), [&](const Field& field) { return field.key == item.key(); }))
-      found.push_back(item.key());
+  for (const JsonValue::Member& member : value_->members())
+    if (std::any_of(fields.begin(), fields.end(), [&](const Field& field) { return field.key == member.key; }))
+      found.push_back(member.key);
   if (found.size() != 1) {
     const std::string none = value_->empty() ? "an empty object" : "none of these keys";
     refuse(found.empty() ? none : join(found), "exactly one of " + join(keys_of(fields)));
@@ -114,7 +113,7 @@ void JsonReader::one_of(const std::vector<Field>& fields, const std::vector<Fiel
 
 double JsonReader::number(const Interval& range) const {
   if (!value_->is_number()) refuse_value(describe(range));
-  const double x = value_->get<double>();
+  const double x = value_->number();
   const bool fits = range.min_included ? x >= range.min : x > range.min;
   if (!fits || x > range.max) refuse_value(describe(range));
   const bool too_small = !range.min_included && range.min == 0 && x < 1 / largest_number;
@@ -126,14 +125,14 @@ double JsonReader::number(const Interval& range) const {
 }
 
 int JsonReader::integer(const Integers& range) const {
-  const double x = value_->is_number() ? value_->get<double>() : range.min - 0.5;
+  const double x = value_->is_number() ? value_->number() : range.min - 0.5;
   const bool fits = x == std::floor(x) && x >= range.min && x <= range.max;
   if (!fits) refuse_value(describe(range));
   return static_cast<int>(x);
 }
 
 std::string JsonReader::text() const {
-  const std::string t = value_->is_string() ? value_->get<std::string>() : "";
+  const std::string t = value_->is_string() ? value_->text() : "";
   const bool one_line = std::none_of(t.begin(), t.end(), [](unsigned char c) { return c < ' ' || c == 127; });
   if (t.empty() || !one_line) refuse_value("a non-empty string of one line");
   return t;
@@ -141,11 +140,11 @@ std::string JsonReader::text() const {
 
 bool JsonReader::boolean() const {
   if (!value_->is_boolean()) refuse_value("true or false");
-  return value_->get<bool>();
+  return value_->boolean();
 }
 
 std::string JsonReader::choice(const std::string& what, const std::vector<std::string>& allowed) const {
-  const std::string found = value_->is_string() ? value_->get<std::string>() : "";
+  const std::string found = value_->is_string() ? value_->text() : "";
   if (std::find(allowed.begin(), allowed.end(), found) != allowed.end()) return found;
   if (!value_->is_string()) refuse_value("one of " + join(allowed));
   refuse("unknown " + what + " " + describe(*value_) + did_you_mean(found, allowed), join(allowed));
@@ -166,7 +165,7 @@ std::vector<std::string> JsonReader::choices(const std::string& what, const std:
 std::vector<JsonReader> JsonReader::list() const {
   if (!value_->is_array()) refuse_value("a list");
   std::vector<JsonReader> items;
-  for (const Json& item : *value_) items.push_back(child(item, std::to_string(items.size())));
+  for (const JsonValue& item : value_->items()) items.push_back(child(item, std::to_string(items.size())));
   return items;
 }
 

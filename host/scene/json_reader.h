@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "host/scene/error_list.h"
-#include "host/scene/json.h"
+#include "host/scene/json_value.h"
 
 namespace malha {
 
@@ -40,14 +40,15 @@ class JsonReader {
  public:
   /// `errors`, which must outlive the reader too, collects the errors in object(), one_of() and for_each(), so that all
   /// are reported together.
-  JsonReader(const Json& value, const std::string& file, const std::string& pointer = "", ErrorList* errors = nullptr);
+  JsonReader(const JsonValue& value, const std::string& file, const std::string& pointer = "",
+             ErrorList* errors = nullptr);
 
   /// A key that an object may have, the function that reads its value, and the one that writes it into an object.
   struct Field {
     std::string key;
     std::function<void(const JsonReader&)> read;
     bool required = false;
-    std::function<void(Json&)> write = {};  // empty: the key is not written
+    std::function<void(JsonValue&)> write = {};  // empty: the key is not written
   };
   /// Reads an object with these keys and no others. Unknown keys are refused before missing ones, so that a misspelt
   /// key is named; then the fields are read in the given order. If errors are collected, it reads all fields and then
@@ -83,7 +84,7 @@ class JsonReader {
   /// Throws InputError with a description of the value.
   [[noreturn]] void refuse_value(const std::string& allowed) const;
 
-  const Json& value() const { return *value_; }
+  const JsonValue& value() const { return *value_; }
 
  private:
   /// Returns false if there are other keys, which are recorded. Without a list of errors it throws for the first one.
@@ -91,9 +92,9 @@ class JsonReader {
   /// Calls read(), and records its error if errors are collected.
   void collect(const std::function<void()>& read) const;
   /// The reader of an item of a list or object.
-  JsonReader child(const Json& item, const std::string& key) const;
+  JsonReader child(const JsonValue& item, const std::string& key) const;
 
-  const Json* value_;
+  const JsonValue* value_;
   std::string file_;
   std::string pointer_;
   ErrorList* errors_;

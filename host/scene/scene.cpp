@@ -8,6 +8,7 @@
 #include "host/base/file.h"
 #include "host/base/spelling_suggestion.h"
 #include "host/mesh/io/mesh_io.h"
+#include "host/scene/json.h"
 #include "host/scene/scene_fields.h"
 #include "malha/error.h"
 
@@ -87,7 +88,7 @@ Fields fields_of(Scene& scene, const std::string& folder, Names& names) {
       {"$schema", [](const JsonReader& at) { at.text(); }},
       required(name_field(scene.name)),
       {"solver", [&](const JsonReader& at) { scene.solver = read_solver(at); }, true,
-       [&](Json& json) { json["solver"] = write(fields_of(scene.solver)); }},
+       [&](JsonValue& json) { json["solver"] = write(fields_of(scene.solver)); }},
       field("gravity", scene.gravity, any("m/s^2")),
       part("wind", scene.wind),
       part("sleep", scene.sleep),
@@ -100,7 +101,7 @@ Fields fields_of(Scene& scene, const std::string& folder, Names& names) {
       required(field("duration", scene.duration, above(0, "s"))),
       part("outputs", scene.outputs),
       {"expect", [&](const JsonReader& at) { scene.expect = read_expect(at, names.bodies); }, false,
-       [&](Json& json) { json["expect"] = write(fields_of(scene.expect, {})); }},
+       [&](JsonValue& json) { json["expect"] = write(fields_of(scene.expect, {})); }},
   };
 }
 
@@ -113,8 +114,7 @@ Field name_field(std::string& name) {
   });
 }
 
-Scene parse_scene(const std::string& text, const std::string& file, const std::string& folder) {
-  const Json tree = parse_json(text, file);
+Scene read_scene(const JsonValue& tree, const std::string& file, const std::string& folder) {
   ErrorList errors;
   const JsonReader root(tree, file, "", &errors);
   Scene scene;
@@ -130,11 +130,17 @@ Scene parse_scene(const std::string& text, const std::string& file, const std::s
   return scene;
 }
 
-std::string to_json(const Scene& scene, const std::string& folder) {
-  Scene written = scene;
+JsonValue write_scene(Scene scene, const std::string& folder) {
   Names names;
-  const Json json = write(fields_of(written, folder, names));
-  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";  // paths may contain invalid UTF-8
+  return write(fields_of(scene, folder, names));
+}
+
+Scene parse_scene(const std::string& text, const std::string& file, const std::string& folder) {
+  return read_scene(parse_json(text, file), file, folder);
+}
+
+std::string to_json(const Scene& scene, const std::string& folder) {
+  return write_scene(scene, folder).indented() + "\n";
 }
 
 Scene load_scene(const std::string& path) {

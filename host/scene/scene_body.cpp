@@ -26,10 +26,10 @@ Field moduli_field(const std::string& key, ConstraintSpec& spec, const Interval&
     read_into(both, at, range);
     along = both[0], spec.orthotropy->across = both[1];
   };
-  const auto write = [&spec, key](Json& json) {
+  const auto write = [&spec, key](JsonValue& json) {
     const std::optional<double>& along = modulus_of(spec, key);
     if (along && spec.orthotropy)
-      json[key] = {*along, spec.orthotropy->across};
+      json[key] = std::array{*along, spec.orthotropy->across};
     else
       write_to(json, key, along);
   };
@@ -42,7 +42,7 @@ Field of_two_moduli(const std::string& key, ConstraintSpec& spec, T Orthotropy::
   const auto read = [&spec, value, range](const JsonReader& at) {
     if (spec.orthotropy) read_into((*spec.orthotropy).*value, at, range);
   };
-  const auto write = [&spec, value, key](Json& json) {
+  const auto write = [&spec, value, key](JsonValue& json) {
     if (spec.orthotropy) write_to(json, key, (*spec.orthotropy).*value);
   };
   return {key, read, false, write};
@@ -51,7 +51,7 @@ Field of_two_moduli(const std::string& key, ConstraintSpec& spec, T Orthotropy::
 /// `kind`: null for a type that does not exist. What was set in code although the kind lacks it is written too, so that
 /// check_scene() refuses it.
 Fields fields_of(ConstraintSpec& spec, const ConstraintSchema* kind) {
-  Fields fields{{"type", [](const JsonReader&) {}, true, [&spec](Json& json) { json["type"] = spec.type; }}};
+  Fields fields{{"type", [](const JsonReader&) {}, true, [&spec](JsonValue& json) { json["type"] = spec.type; }}};
   if (kind && kind->on_edges) fields.push_back(choices("elements", "element", spec.elements, {"edges", "shear"}));
   if (kind) {
     const Interval range = std::isfinite(kind->parameter_max) ? between(kind->parameter_min, kind->parameter_max, "")
@@ -138,7 +138,7 @@ Field material_field(std::string& material) {
     for (const Fabric& fabric : fabrics()) names.push_back(fabric.name);
     material = at.choice("material", names);
   };
-  return {"material", read, false, [&material](Json& json) {
+  return {"material", read, false, [&material](JsonValue& json) {
             if (!material.empty()) json["material"] = material;
           }};
 }

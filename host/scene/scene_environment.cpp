@@ -37,7 +37,7 @@ Field clip_field(std::variant<int, std::string>& clip) {
       at.refuse_value("the name of a clip, or its number from 0");
   };
   return {"clip", read, false,
-          [&clip](Json& object) { std::visit([&](const auto& of) { object["clip"] = of; }, clip); }};
+          [&clip](JsonValue& object) { std::visit([&](const auto& of) { object["clip"] = of; }, clip); }};
 }
 
 Fields fields_of(AnimationSpec& of, const std::string& folder) {
@@ -84,7 +84,7 @@ Field animation_field(EnvironmentSpec& object, const std::string& folder) {
     check_animation(at, of, object.shape);
     object.animation = of;
   };
-  return {"animation", read, false, [&object, folder](Json& json) {
+  return {"animation", read, false, [&object, folder](JsonValue& json) {
             if (object.animation) json["animation"] = write(fields_of(*object.animation, folder));
           }};
 }

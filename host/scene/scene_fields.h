@@ -2,7 +2,6 @@
 // Fields of the objects in a scene. Each object lists its keys once, in fields_of(): how each is read, and how it is
 // written, in the order of the list.
 #pragma once
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <utility>
@@ -37,11 +36,11 @@ void read_into(std::optional<T>& to, const JsonReader& at, const Of&... range) {
 }
 
 template <class T>
-void write_to(Json& object, const std::string& key, const T& value) {
+void write_to(JsonValue& object, const std::string& key, const T& value) {
   object[key] = value;
 }
 template <class T>
-void write_to(Json& object, const std::string& key, const std::optional<T>& value) {
+void write_to(JsonValue& object, const std::string& key, const std::optional<T>& value) {
   if (value) object[key] = *value;
 }
 
@@ -49,7 +48,7 @@ void write_to(Json& object, const std::string& key, const std::optional<T>& valu
 template <class T, class... Of>
 Field field(const std::string& key, T& to, const Of&... range) {
   return {key, [&to, range...](const JsonReader& at) { read_into(to, at, range...); }, false,
-          [&to, key](Json& object) { write_to(object, key, to); }};
+          [&to, key](JsonValue& object) { write_to(object, key, to); }};
 }
 
 /// A word for each value. `what` names the meaning of the words in messages.
@@ -63,7 +62,7 @@ Field choice(const std::string& key, const std::string& what, T& to,
     for (const auto& [word, value] : words)
       if (word == found) to = value;
   };
-  const auto write = [&to, key, words](Json& object) {
+  const auto write = [&to, key, words](JsonValue& object) {
     for (const auto& [word, value] : words)
       if (value == to) object[key] = word;
   };
@@ -74,7 +73,7 @@ Field choice(const std::string& key, const std::string& what, T& to,
 inline Field choices(const std::string& key, const std::string& what, std::vector<std::string>& to,
                      const std::vector<std::string>& words) {
   return {key, [&to, what, words](const JsonReader& at) { to = at.choices(what, words); }, false,
-          [&to, key](Json& object) { object[key] = to; }};
+          [&to, key](JsonValue& object) { object[key] = to; }};
 }
 
 inline Field required(Field of) {
@@ -93,8 +92,8 @@ Field checked(Field of, const Check& check) {
 }
 
 /// Writes an object with these fields.
-inline Json write(const Fields& fields) {
-  Json object = Json::object();
+inline JsonValue write(const Fields& fields) {
+  JsonValue object = JsonValue::object();
   for (const Field& one : fields)
     if (one.write) one.write(object);
   return object;
@@ -118,12 +117,12 @@ T read_object(const JsonReader& at) {
 template <class T>
 Field part(const std::string& key, T& to) {
   return {key, [&to](const JsonReader& at) { to = read_object<T>(at); }, false,
-          [&to, key](Json& object) { object[key] = write(fields_of(to)); }};
+          [&to, key](JsonValue& object) { object[key] = write(fields_of(to)); }};
 }
 template <class T>
 Field part(const std::string& key, std::optional<T>& to) {
   return {key, [&to](const JsonReader& at) { to = read_object<T>(at); }, false,
-          [&to, key](Json& object) {
+          [&to, key](JsonValue& object) {
             if (to) object[key] = write(fields_of(*to));
           }};
 }
@@ -132,7 +131,7 @@ Field part(const std::string& key, std::optional<T>& to) {
 template <class T, class Variant>
 Field alternative(const std::string& key, Variant& to) {
   return {key, [&to](const JsonReader& at) { to = read_object<T>(at); }, false,
-          [&to, key](Json& object) {
+          [&to, key](JsonValue& object) {
             if (T* held = std::get_if<T>(&to)) object[key] = write(fields_of(*held));
           }};
 }
@@ -144,7 +143,7 @@ Field alternative(const std::string& key, Variant& to, Value T::*value, const Of
     read_into(held.*value, at, range...);
     to = held;
   };
-  return {key, read, false, [&to, key, value](Json& object) {
+  return {key, read, false, [&to, key, value](JsonValue& object) {
             if (T* held = std::get_if<T>(&to)) object[key] = held->*value;
           }};
 }
@@ -155,11 +154,15 @@ Field list(const std::string& key, std::vector<T>& to, const Read& read_one, con
   const auto read = [&to, read_one](const JsonReader& at) {
     at.for_each([&](const JsonReader& item) { to.push_back(read_one(item)); });
   };
-  return {key, read, false, [&to, key, write_one](Json& object) {
-            object[key] = Json::array();
+  return {key, read, false, [&to, key, write_one](JsonValue& object) {
+            object[key] = JsonValue::array();
             for (T& one : to) object[key].push_back(write_one(one));
           }};
 }
+
+/// parse_scene() and to_json() for a value instead of its text.
+Scene read_scene(const JsonValue& tree, const std::string& file, const std::string& folder);
+JsonValue write_scene(Scene scene, const std::string& folder);
 
 // The parts of a scene, shared by scene*.cpp.
 

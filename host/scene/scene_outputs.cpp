@@ -34,14 +34,15 @@ Fields fields_of(OutputSpec& outputs) {
     at.object(picture_fields(picture, outputs.picture_every));
     outputs.picture = picture;
   };
-  const auto write_pictures = [&](Json& json) {
+  const auto write_pictures = [&](JsonValue& json) {
     PictureSpec picture = outputs.picture.value_or(PictureSpec{});
     if (outputs.picture || outputs.picture_every > 0)
       json["pictures"] = write(picture_fields(picture, outputs.picture_every));
   };
   return {
-      written_if(!outputs.formats.empty(), {"frames", [&](const JsonReader& at) { at.object(frame_fields(outputs)); },
-                                            false, [&](Json& json) { json["frames"] = write(frame_fields(outputs)); }}),
+      written_if(!outputs.formats.empty(),
+                 {"frames", [&](const JsonReader& at) { at.object(frame_fields(outputs)); }, false,
+                  [&](JsonValue& json) { json["frames"] = write(frame_fields(outputs)); }}),
       {"pictures", read_pictures, false, write_pictures},
       part("page", outputs.page),
       field("checkpoint_every", outputs.checkpoint_every, Integers{0, max_steps}),
@@ -65,7 +66,7 @@ Field range_field(const std::string& key, Range& to, const std::string& number, 
     if (least && most && *least > *most) at.at("at_most").refuse_value("a number not below that of 'at_least'");
     to.at_least = least, to.at_most = most;
   };
-  const auto write = [&to, key](Json& json) {
+  const auto write = [&to, key](JsonValue& json) {
     if (to.at_least) json[key]["at_least"] = Number(*to.at_least);
     if (to.at_least && to.at_most) json[key]["at_most"] = Number(*to.at_most);
     if (!to.at_least && to.at_most) json[key] = Number(*to.at_most);
@@ -85,9 +86,9 @@ Fields fields_of(ExpectOfBody& expect, const std::vector<std::string>& bodies) {
   const auto read_body = [&](const JsonReader& at) {
     expect.name = bodies.empty() ? at.text() : at.choice("body", bodies);
   };
-  return {{"name", read_body, true, [&](Json& json) { json["name"] = expect.name; }},
+  return {{"name", read_body, true, [&](JsonValue& json) { json["name"] = expect.name; }},
           {"bounds", [&](const JsonReader& at) { read_box(at, expect.bounds_min, expect.bounds_max); }, true,
-           [&](Json& json) { json["bounds"] = write(box_fields(expect.bounds_min, expect.bounds_max)); }}};
+           [&](JsonValue& json) { json["bounds"] = write(box_fields(expect.bounds_min, expect.bounds_max)); }}};
 }
 
 }  // namespace
@@ -109,7 +110,7 @@ Fields fields_of(Expect& expect, const std::vector<std::string>& bodies) {
     read_box(at, min, max);
     expect.bounds_min = min, expect.bounds_max = max;
   };
-  const auto write_bounds = [&](Json& json) {
+  const auto write_bounds = [&](JsonValue& json) {
     if (expect.bounds_min && expect.bounds_max)
       json["bounds"] = write(box_fields(*expect.bounds_min, *expect.bounds_max));
   };

@@ -25,7 +25,7 @@ Field row_field(Selector& to, const Shape& shape) {
     if (!was_refused && !std::holds_alternative<GridShape>(shape) && !std::holds_alternative<ChainShape>(shape))
       at.refuse("a row of a shape that has no rows", "rows of a grid or a chain");
   };
-  return {"row", read, false, [&to](Json& json) {
+  return {"row", read, false, [&to](JsonValue& json) {
             if (const auto* row = std::get_if<RowPin>(&to)) json["row"] = row->last ? "last" : "first";
           }};
 }
@@ -42,9 +42,9 @@ Field rim_field(Selector& to) {
       at.refuse_value("\"all\", or a point (m) to which one line of the boundary is the nearest");
     to = rim;
   };
-  return {"rim", read, false, [&to](Json& json) {
+  return {"rim", read, false, [&to](JsonValue& json) {
             if (const auto* rim = std::get_if<RimPin>(&to))
-              json["rim"] = rim->nearest ? Json(*rim->nearest) : Json("all");
+              json["rim"] = rim->nearest ? JsonValue(*rim->nearest) : JsonValue("all");
           }};
 }
 
@@ -87,10 +87,10 @@ Fields target_fields(Attachment& attachment) {
 Fields fields_of(Attachment& attachment, const Shape& shape) {
   return {
       {"at", [&](const JsonReader& at) { at.one_of(selectors(attachment.at, shape)); }, true,
-       [&](Json& json) { json["at"] = write(selectors(attachment.at, shape)); }},
+       [&](JsonValue& json) { json["at"] = write(selectors(attachment.at, shape)); }},
       written_if(!attachment.environment.empty() || attachment.point,
                  {"to", [&](const JsonReader& at) { at.one_of(target_fields(attachment)); }, false,
-                  [&](Json& json) { json["to"] = write(target_fields(attachment)); }}),
+                  [&](JsonValue& json) { json["to"] = write(target_fields(attachment)); }}),
       checked(motion_from_start(attachment.motion),
               [&](const JsonReader& at) {
                 if (!attachment.environment.empty())
@@ -120,7 +120,7 @@ Field pins_field(BodySpec& body) {
     return pin;
   };
   const auto write_one = [&body](Pin& pin) {
-    Json json = write(selectors(pin.at, body.shape));
+    JsonValue json = write(selectors(pin.at, body.shape));
     json.update(write(pin_options(pin)));
     return json;
   };

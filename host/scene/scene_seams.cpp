@@ -22,7 +22,7 @@ Fields fields_of(SeamEnd& end, Selector& at, const Scene& scene, const std::vect
   const auto read_body = [&](const JsonReader& reader) {
     end.body = bodies.empty() ? reader.text() : reader.choice("body", bodies);
   };
-  Fields fields{{"body", read_body, true, [&](Json& json) { json["body"] = end.body; }}};
+  Fields fields{{"body", read_body, true, [&](JsonValue& json) { json["body"] = end.body; }}};
   for (Field& one : selectors(at, shape_of(scene, end.body))) {
     one.read = [&end, &at, read = one.read](const JsonReader& reader) { read(reader), end.at = at; };
     if (!end.at) one.write = {};
@@ -52,7 +52,7 @@ SeamEnd read_end(const JsonReader& at, const Scene& scene, const std::vector<std
   return end;
 }
 
-Json write_end(SeamEnd& end, const Scene& scene) {
+JsonValue write_end(SeamEnd& end, const Scene& scene) {
   Selector at = end.at.value_or(Selector{});
   return write(fields_of(end, at, scene, {}, false));
 }
@@ -63,7 +63,7 @@ Fields fields_of(SeamSpec& seam, const Scene& scene, const std::vector<std::stri
     const auto read = [&end, &scene, &bodies, may_be_surface, has_pairs](const JsonReader& at) {
       end = read_end(at, scene, bodies, may_be_surface, has_pairs);
     };
-    return Field{key, read, true, [&end, &scene, key](Json& json) { json[key] = write_end(end, scene); }};
+    return Field{key, read, true, [&end, &scene, key](JsonValue& json) { json[key] = write_end(end, scene); }};
   };
   const Integers numbers{0, std::numeric_limits<int>::max()};
   return {end_field("from", seam.from, false),

@@ -16,7 +16,7 @@ void refuse_too_many(const JsonReader& at, double particles) {
   if (particles <= max_particles) return;
   std::string counts;
   if (at.value().is_array()) {
-    for (const Json& item : at.value()) counts += (counts.empty() ? "" : ", ") + describe(item);
+    for (const JsonValue& item : at.value().items()) counts += (counts.empty() ? "" : ", ") + describe(item);
     counts = "[" + counts + "]";
   }
   char number[40];
@@ -48,7 +48,7 @@ Field path_field(const std::string& key, std::string& path, const std::string& f
   const auto read = [&path, folder](const JsonReader& at) {
     path = (fs::path(folder) / at.text()).lexically_normal().string();
   };
-  return {key, read, false, [&path, key, folder](Json& json) { json[key] = path_from(folder, path); }};
+  return {key, read, false, [&path, key, folder](JsonValue& json) { json[key] = path_from(folder, path); }};
 }
 
 /// The fields of a grid and a tet_box.
@@ -138,9 +138,9 @@ static Fields fields_of(MeshDataShape& data) {
       data.faces.push_back({all[0], all[1], all[2], corners == 4 ? all[3] : -1});
     }
   };
-  const auto write_faces = [&data](Json& json) {
+  const auto write_faces = [&data](JsonValue& json) {
     for (const Quad& face : data.faces)
-      json["faces"].push_back(is_triangle(face) ? Json{face[0], face[1], face[2]} : Json(face));
+      json["faces"].push_back(is_triangle(face) ? JsonValue(Triangle{face[0], face[1], face[2]}) : JsonValue(face));
   };
   return {required(checked(field("points", data.points, any("m")),
                            [&data](const JsonReader& at) {
@@ -157,7 +157,7 @@ namespace {
 
 Field mesh_field(Shape& shape, const std::string& folder) {
   const auto read = [&shape, folder](const JsonReader& at) { shape = MeshFile{resolved(folder, at.text())}; };
-  return {"mesh", read, false, [&shape, folder](Json& json) {
+  return {"mesh", read, false, [&shape, folder](JsonValue& json) {
             if (const auto* file = std::get_if<MeshFile>(&shape)) json["mesh"] = path_from(folder, file->path);
           }};
 }
@@ -213,7 +213,7 @@ Field shape_field(Shape& shape, ShapeUse use, const std::string& folder) {
     if (use == ShapeUse::Body && is_exact(found)) refuse_exact(at, found);
     shape = found;
   };
-  return {"shape", read, false, [&shape, folder](Json& json) {
+  return {"shape", read, false, [&shape, folder](JsonValue& json) {
             json["shape"] = write(kinds_of_shapes(shape, ShapeUse::Any, folder));
             if (const auto* file = std::get_if<MeshFile>(&shape)) write_to(json["shape"], "weld", file->weld);
           }};
@@ -222,7 +222,7 @@ Field shape_field(Shape& shape, ShapeUse use, const std::string& folder) {
 Field rest_field(std::optional<RestSpec>& rest, const std::string& folder) {
   const auto fields = [folder](RestSpec& of) {
     const auto read_path = [&of, folder](const JsonReader& at) { of = RestMesh{resolved(folder, at.text())}; };
-    const auto write_path = [&of, folder](Json& json) {
+    const auto write_path = [&of, folder](JsonValue& json) {
       if (const auto* file = std::get_if<RestMesh>(&of)) json["mesh"] = path_from(folder, file->path);
     };
     return Fields{{"mesh", read_path, false, write_path},
@@ -234,7 +234,7 @@ Field rest_field(std::optional<RestSpec>& rest, const std::string& folder) {
     at.one_of(fields(found));
     rest = std::move(found);
   };
-  return {"rest", read, false, [&rest, fields](Json& json) {
+  return {"rest", read, false, [&rest, fields](JsonValue& json) {
             if (rest) json["rest"] = write(fields(*rest));
           }};
 }
@@ -248,7 +248,7 @@ Field rotation_field(Vec3& axis, double& degrees) {
     const auto too_small = [](double x) { return -1 / largest_number < x && x < 1 / largest_number; };
     if (std::all_of(axis.begin(), axis.end(), too_small)) at.at("axis").refuse("a zero axis", "a direction");
   };
-  return {"rotate", read, false, [fields](Json& json) { json["rotate"] = write(fields()); }};
+  return {"rotate", read, false, [fields](JsonValue& json) { json["rotate"] = write(fields()); }};
 }
 
 Fields fields_of(Transform& transform) {
@@ -258,7 +258,7 @@ Fields fields_of(Transform& transform) {
   };
   return {field("translate", transform.translate, any("m")),
           rotation_field(transform.axis, transform.degrees),
-          {"scale", read_scale, false, [&](Json& json) { json["scale"] = transform.scale; }}};
+          {"scale", read_scale, false, [&](JsonValue& json) { json["scale"] = transform.scale; }}};
 }
 
 Fields box_fields(Vec3& min, Vec3& max) {

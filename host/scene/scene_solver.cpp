@@ -30,8 +30,9 @@ Field levels_field(int& levels) {
     const bool word = at.value().is_string();
     levels = !word ? at.integer({1, kMaxLevels}) : at.choice("choice", {"auto", "off"}) == "auto" ? kAutoLevels : 0;
   };
-  return {"levels", read, false,
-          [&levels](Json& json) { json["levels"] = levels > 0 ? Json(levels) : Json(levels == 0 ? "off" : "auto"); }};
+  return {"levels", read, false, [&levels](JsonValue& json) {
+            json["levels"] = levels > 0 ? JsonValue(levels) : JsonValue(levels == 0 ? "off" : "auto");
+          }};
 }
 
 }  // namespace
@@ -39,7 +40,7 @@ Field levels_field(int& levels) {
 Fields fields_of(SolverSpec& solver) {
   constexpr int max_passes = 100000;
   Fields fields{
-      {"type", [](const JsonReader&) {}, true, [&](Json& json) { json["type"] = solver.type; }},
+      {"type", [](const JsonReader&) {}, true, [&](JsonValue& json) { json["type"] = solver.type; }},
       field("dt", solver.dt, above(0, "s")),
       field("substeps", solver.substeps, Integers{1, max_passes}),
       field("iterations", solver.iterations, Integers{1, max_passes}),

@@ -84,7 +84,7 @@ TEST(MeshDataShape, MadeInCodeIsRefusedAsItsFileIs) {
   EXPECT_TRUE(has(refused(shape), "/bodies/0/shape/mesh_data/points/2/1: found 2e+18; allowed: a number"))
       << refused(shape);
   shape.points[2][1] = NAN;
-  EXPECT_TRUE(has(refused(shape), "/bodies/0/shape/mesh_data/points/2/1: found null; allowed: a number"))
+  EXPECT_TRUE(has(refused(shape), "/bodies/0/shape/mesh_data/points/2/1: found nan; allowed: a number"))
       << refused(shape);
   shape = kSquare, shape.faces[1][2] = -2;
   EXPECT_TRUE(has(refused(shape), "/bodies/0/shape/mesh_data/faces/1/2: found -2; allowed: ")) << refused(shape);
