@@ -1,50 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/filter/supernodes.h"
 
-#include <metis.h>
-
 #include <algorithm>
 #include <cstdint>
-#include <mutex>
 #include <numeric>
-#include <stdexcept>
 
+#include "host/filter/elimination_order.h"
 #include "host/mesh/compressed_lists.h"
 #include "host/model/ordering/index_map.h"
 
 namespace malha {
 
 namespace {
-
-static_assert(sizeof(idx_t) == sizeof(int), "METIS as Debian builds it: 32-bit indices");
-
-/// The unknown that is eliminated first, second, ...: nested dissection within each block, the same every time. METIS
-/// seeds the C library's rand().
-std::vector<int> elimination_order(const SpringSystem& system) {
-  static std::mutex metis_turn;  // METIS's random numbers are those of the C library, common to all threads
-  constexpr int least = 64;      // smaller systems are solved as fast by one dense supernode
-  std::vector<int> order(system.count());
-  std::iota(order.begin(), order.end(), 0);
-  std::vector<idx_t> begin, column, inverse;
-  for (const SystemBlock& block : system.blocks) {
-    if (block.count < least) continue;
-    const int first = system.begin[block.first];
-    begin.clear(), column.clear();
-    for (int i = block.first; i <= block.first + block.count; ++i) begin.push_back(system.begin[i] - first);
-    for (int k = 0; k < begin.back(); ++k) column.push_back(system.column[first + k] - block.first);
-    inverse.resize(block.count);
-    idx_t options[METIS_NOPTIONS];
-    METIS_SetDefaultOptions(options);
-    options[METIS_OPTION_SEED] = 1;  // METIS then finds the same order in every run
-    idx_t count = block.count;
-    idx_t* perm = &order[block.first];
-    const std::lock_guard<std::mutex> lock(metis_turn);
-    if (METIS_NodeND(&count, begin.data(), column.data(), nullptr, options, perm, inverse.data()) != METIS_OK)
-      throw std::runtime_error("METIS could not order a system of " + std::to_string(count) + " particles");
-    for (int i = 0; i < block.count; ++i) perm[i] += block.first;
-  }
-  return order;
-}
 
 /// The other entries of the system, its rows and columns in another order.
 struct Pattern {
@@ -192,10 +159,12 @@ std::int64_t Supernodes::entries() const {
   return sum;
 }
 
-Supernodes supernodes(const SpringSystem& system) {
+Supernodes supernodes(const SpringSystem& system) { return supernodes(system, elimination_order(system)); }
+
+Supernodes supernodes(const SpringSystem& system, const std::vector<int>& elimination_order) {
   Supernodes all;
-  const std::vector<int> dissected = elimination_order(system);
-  for (const int j : postorder(elimination_tree(Pattern(system, dissected)))) all.order.push_back(dissected[j]);
+  for (const int j : postorder(elimination_tree(Pattern(system, elimination_order))))
+    all.order.push_back(elimination_order[j]);
   const Pattern pattern(system, all.order);
   const std::vector<int> parent = elimination_tree(pattern), count = column_counts(pattern, parent);
   all.column_begin = amalgamate(fundamental(parent, count), parent, count);

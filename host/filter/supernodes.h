@@ -23,9 +23,11 @@ struct Supernodes {
   std::int64_t entries() const;
 };
 
-/// Nested dissection by METIS, then Liu's elimination tree, and small supernodes amalgamated with their parents, as in
-/// CHOLMOD (Chen, Davis, Hager, Rajamanickam 2008), at the price of some zeros.
+/// Liu's elimination tree of the system in elimination_order(), or in the given order of its unknowns, and small
+/// supernodes amalgamated with their parents, as in CHOLMOD (Chen, Davis, Hager, Rajamanickam 2008), at the price of
+/// some zeros.
 Supernodes supernodes(const SpringSystem& system);
+Supernodes supernodes(const SpringSystem& system, const std::vector<int>& elimination_order);
 
 /// Partition of the tree of supernodes into independent subtrees, the tasks, and the top above them.
 struct Subtrees {

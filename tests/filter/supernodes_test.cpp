@@ -7,6 +7,7 @@
 #include <numeric>
 #include <set>
 
+#include "host/filter/elimination_order.h"
 #include "tests/filter/filter_reference.h"
 
 namespace malha {
@@ -131,6 +132,29 @@ TEST_P(SupernodesOf, TasksAreWholeSubtreesAndTheTopIsWhatIsAboveThem) {
     const int up = task[all.parent[s]];
     ASSERT_TRUE(up == -1 || up == task[s]) << "a task's parents are in it or in the top";
   }
+}
+
+/// The order of builds without METIS: a permutation within each block, with less fill than the order of a grid's rows.
+TEST_P(SupernodesOf, MinimumDegreeOrdersTheUnknownsOfEachBlock) {
+  const std::vector<int> order = minimum_degree_order(system_);
+  ASSERT_EQ(order.size(), static_cast<std::size_t>(system_.count()));
+  for (const SystemBlock& block : system_.blocks) {
+    std::vector<int> own(order.begin() + block.first, order.begin() + block.first + block.count), expected(own.size());
+    std::sort(own.begin(), own.end());
+    std::iota(expected.begin(), expected.end(), block.first);
+    EXPECT_EQ(own, expected);
+  }
+}
+
+TEST(Supernodes, OfASheetInMinimumDegreeFillAsNestedDissectionDoes) {
+  const SpringSystem system = spring_system(build_model(desbrun_scene({sprung_sheet(60)}, 1e4)), 0.01);
+  std::vector<int> rows(system.count());
+  std::iota(rows.begin(), rows.end(), 0);
+  const double dissected = static_cast<double>(supernodes(system).entries()),
+               degrees = static_cast<double>(supernodes(system, minimum_degree_order(system)).entries()),
+               plain = static_cast<double>(supernodes(system, rows).entries());
+  EXPECT_LT(degrees, 1.3 * dissected);
+  EXPECT_GT(plain, 1.5 * degrees) << "the order matters here";
 }
 
 /// A bad dissection or a wrong ordering would be far above these: the fill of a sheet grows like n log n.
