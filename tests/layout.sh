@@ -14,7 +14,7 @@ fault() {
 
 names=0
 if [[ -e .git ]] && listed=$(git ls-files 2>/dev/null); then
-  allowed=' CMakeLists.txt CMakePresets.json pyproject.toml LICENSE CONTRIBUTING.md CHANGELOG.md README.md kernels host scenes tests tools .ci .clang-format .gitignore '
+  allowed=' CMakeLists.txt CMakePresets.json pyproject.toml LICENSE CONTRIBUTING.md CHANGELOG.md README.md CITATION.cff kernels host scenes tests tools .ci .clang-format .gitignore '
   while IFS= read -r name; do
     names=$((names + 1))
     [[ "$allowed" == *" $name "* ]] || fault "$name: found at the root; allowed:$allowed"

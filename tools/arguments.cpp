@@ -11,6 +11,7 @@
 #include "host/run/run.h"
 #include "malha/scene.h"
 #include "malha/text.h"
+#include "tools/completion.h"
 #include "tools/measures.h"
 #include "tools/validators.h"
 
@@ -219,13 +220,18 @@ void add_scene(CLI::App& command, Arguments& arguments) {
 
 std::optional<int> parse_arguments(int argc, char** argv, Arguments& arguments) {
   const char* first = argc > 1 ? argv[1] : nullptr;
-  if (const std::string line = refused_word("malha", first, "command", kFirstWords); !line.empty()) {
+  const bool completes = first && std::string(first) == kCompleteWord;
+  if (const std::string line = refused_word("malha", first, "command", kFirstWords); !line.empty() && !completes) {
     std::cerr << line << "\n";
     return kBadInput;
   }
   if (const std::optional<int> status = exec_or_refuse(argc, argv)) return status;
   CLI::App app{"Deformable bodies: cloth, balloons and soft solids in data-parallel batches.", "malha"};
   add_everything(app, arguments);
+  if (completes) {
+    print_completions(app, {argv + 2, argv + argc});
+    return kDone;
+  }
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

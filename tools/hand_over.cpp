@@ -14,6 +14,7 @@
 
 #include "malha/text.h"
 #include "tools/arguments.h"
+#include "tools/completion.h"
 #include "tools/measures.h"
 
 namespace malha {
@@ -36,12 +37,16 @@ const std::array kPrograms{
 }  // namespace
 
 std::optional<int> exec_or_refuse(int argc, char** argv) {
-  const std::string first = argv[1];
+  // The words of a command are completed by the program that implements it.
+  const bool completes = std::string(argv[1]) == kCompleteWord;
+  if (completes && argc < 4) return std::nullopt;
+  const std::string first = argv[completes ? 2 : 1];
   const auto does = [&](const SiblingProgram& sibling) { return std::ranges::count(sibling.commands, first) > 0; };
   const auto sibling = std::find_if(kPrograms.begin(), kPrograms.end(), does);
   if (sibling == kPrograms.end()) return std::nullopt;
   const fs::path folder = fs::read_symlink("/proc/self/exe").parent_path(), program = folder / sibling->program;
   if (!fs::exists(program)) {
+    if (completes) return kDone;
     const bool built_here = fs::exists(folder / "CMakeCache.txt");
     const bool wants_help = argc > 2 && (std::string(argv[2]) == "--help" || std::string(argv[2]) == "-h");
     (wants_help ? std::cout : std::cerr) << "malha " << first << ": " << sibling->missing << "; to build: "

@@ -67,13 +67,15 @@ inline CLI::Validator some_path() {
   return {[](const std::string& text) { return text.empty() ? found(text, "a path, not empty") : ""; }, ""};
 }
 
-/// One of `words`.
+/// One of `words`, which have no blanks. The name of the validator lists them, for tools/completion.h.
 inline CLI::Validator one_of(const std::vector<std::string>& words) {
+  std::string name;
+  for (const std::string& word : words) name += word + " ";
   return {[words](const std::string& text) {
             if (std::find(words.begin(), words.end(), text) != words.end()) return std::string();
             return "found " + malha::quoted(text) + did_you_mean(text, words) + "; allowed: " + join(words);
           },
-          ""};
+          "", name};
 }
 
 /// Returns the message that refuses `word`, or its absence, if it is not one of `words`; empty if it is. `what`: what

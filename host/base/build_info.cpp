@@ -3,17 +3,13 @@
 
 namespace malha {
 
-// CMakeLists.txt defines the macros, all but the last one for this file alone.
+// CMakeLists.txt defines the macros for this file alone; that of glTF for others too.
 const char* version() { return MALHA_VERSION; }
 const char* compiler() { return MALHA_COMPILER; }
 const char* flags() { return MALHA_FLAGS; }
 
-bool has_gltf() {
-#ifdef MALHA_HAS_GLTF
-  return true;
-#else
-  return false;
-#endif
-}
+bool has_gltf() { return MALHA_HAS_GLTF; }
+bool has_pages() { return MALHA_HAS_PAGES; }
+bool has_pictures() { return MALHA_HAS_PICTURES; }
 
 }  // namespace malha

@@ -12,5 +12,8 @@ const char* compiler();
 const char* flags();
 /// Tells whether the library can read and write glTF, which needs tinygltf.
 bool has_gltf();
+/// Tells whether it can write pages (MALHA_PAGES), and pictures (MALHA_PICTURES).
+bool has_pages();
+bool has_pictures();
 
 }  // namespace malha

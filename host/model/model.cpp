@@ -84,7 +84,7 @@ void check_expectations(const Scene& scene, bool tetrahedra) {
         "penetration in a scene without solids or one-sided sheets");
 }
 
-/// Throws InputError for a scene that may tear with a format that stores a single mesh for all frames, and for a format
+/// Throws InputError for a scene that may tear with a format that stores a single mesh for all frames, and for outputs
 /// that this build does not support.
 void check_outputs(const Scene& scene) {
   const std::string key = "/outputs/frames/formats";
@@ -95,6 +95,12 @@ void check_outputs(const Scene& scene) {
       refuse(scene.file, key, "glb, and this malha was built without tinygltf (Debian: libtinygltf-dev)",
              "vtp, pc2, ply, obj, usda");
   }
+  if (scene.outputs.page && !has_pages())
+    refuse(scene.file, "/outputs/page", "a page, and this malha was built with MALHA_PAGES=OFF",
+           "no page (malha run --no-page)");
+  if (scene.outputs.picture && !has_pictures())
+    refuse(scene.file, "/outputs/pictures", "pictures, and this malha was built with MALHA_PICTURES=OFF",
+           "no pictures (malha run --no-picture)");
 }
 
 class Builder {

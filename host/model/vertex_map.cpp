@@ -3,18 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
 
-#define STB_IMAGE_IMPLEMENTATION
-#define STB_IMAGE_STATIC
-#define STBI_ONLY_PNG
-#define STBI_ONLY_JPEG
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wunused-function"
-#include <stb/stb_image.h>
-#pragma GCC diagnostic pop
-
-#include "host/base/file.h"
 #include "host/mesh/io/mesh_io.h"
 #include "host/mesh/weld.h"
 #include "malha/error.h"
@@ -88,20 +77,6 @@ double ChannelPicture::at(int channel, double u, double v) const {
   const double left = std::floor(x), top = std::floor(y), s = x - left, t = y - top;
   return (1 - t) * ((1 - s) * pixel(left, top) + s * pixel(left + 1, top)) +
          t * ((1 - s) * pixel(left, top + 1) + s * pixel(left + 1, top + 1));
-}
-
-ChannelPicture read_picture(const std::string& path) {
-  const std::string bytes = read_input(path, "a PNG or JPEG file");
-  ChannelPicture picture;
-  const std::unique_ptr<stbi_us, void (*)(void*)> pixels(
-      stbi_load_16_from_memory(reinterpret_cast<const stbi_uc*>(bytes.data()), static_cast<int>(bytes.size()),
-                               &picture.width, &picture.height, &picture.channels, 0),
-      stbi_image_free);
-  if (!pixels) refuse(path, "", std::string("no picture: ") + stbi_failure_reason(), "a PNG or JPEG file");
-  const std::size_t count = static_cast<std::size_t>(picture.width) * static_cast<std::size_t>(picture.height) *
-                            static_cast<std::size_t>(picture.channels);
-  for (std::size_t i = 0; i < count; ++i) picture.values.push_back(static_cast<float>(pixels.get()[i]) / 65535.0f);
-  return picture;
 }
 
 std::vector<double> values_at_points(const Shape& shape, const Mesh& mesh, const VertexMap& map,

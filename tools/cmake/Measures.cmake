@@ -46,4 +46,3 @@ file(GLOB measures_sources CONFIGURE_DEPENDS "${PROJECT_SOURCE_DIR}/tools/measur
 add_executable(malha_measures ${measures_sources})
 target_link_libraries(malha_measures PRIVATE malha_command_line malha_bench malha_study)
 set_target_properties(malha_measures PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 12)
-install(TARGETS malha_measures RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} OPTIONAL)  # if it was built

@@ -4,14 +4,12 @@ set(data_dir "${CMAKE_INSTALL_DATAROOTDIR}/malha")
 install(DIRECTORY scenes/ DESTINATION "${data_dir}/scenes" PATTERN "scans" EXCLUDE PATTERN "*.md" EXCLUDE
         PATTERN "*.png" EXCLUDE)
 install(FILES scenes/meshes/scans/bunny00.off DESTINATION "${data_dir}/scenes/meshes/scans" OPTIONAL)
-install(FILES tools/package/malha.bash DESTINATION "${CMAKE_INSTALL_DATAROOTDIR}/bash-completion/completions"
-        RENAME malha)
 
 # Pages, their pictures and the examples keep their folders, so that links between them work.
 file(GLOB_RECURSE pages CONFIGURE_DEPENDS RELATIVE "${PROJECT_SOURCE_DIR}" host/*.md kernels/*.md scenes/*.md
      scenes/*.png tests/*.md tools/*.md tools/*.svg tools/examples/*.cpp tools/examples/CMakeLists.txt
-     tools/python/examples/*.py tools/python/examples/*.ipynb)
-foreach(page README.md CONTRIBUTING.md CHANGELOG.md LICENSE ${pages})
+     tools/python/examples/*.py tools/python/examples/*.ipynb tools/examples/*.py)
+foreach(page README.md CONTRIBUTING.md CHANGELOG.md CITATION.cff ${pages})
   get_filename_component(folder "${page}" DIRECTORY)
   install(FILES "${page}" DESTINATION "${CMAKE_INSTALL_DOCDIR}/${folder}")
 endforeach()

@@ -15,6 +15,12 @@ std::vector<std::string> names() {
   return all;
 }
 
+std::vector<std::string> names_and_all() {
+  std::vector<std::string> words = names();
+  words.push_back("all");
+  return words;
+}
+
 CLI::Validator a_share() {
   return {[](const std::string& text) {
             return study::share_of(text)
@@ -36,8 +42,8 @@ std::string list() {
 }  // namespace
 
 std::string refused_study(const char* word) {
-  std::vector<std::string> words = names();
-  words.insert(words.end(), {"all", "--help", "-h"});
+  std::vector<std::string> words = names_and_all();
+  words.insert(words.end(), {"--help", "-h"});
   return refused_word("malha study", word, "study", words);
 }
 
@@ -51,6 +57,7 @@ void add_study(CLI::App& app, study::Options& options) {
           },
           "One of the studies below, or all")
       ->required()
+      ->check(one_of(names_and_all()))
       ->type_name("");
   study->add_flag("--quick", options.quick,
                   "Measure smaller cases and fewer points, which takes seconds instead of minutes");

@@ -7,6 +7,7 @@
 #include "host/base/build_info.h"
 #include "malha/error.h"
 #include "malha/text.h"
+#include "tools/completion.h"
 #include "tools/exit_status.h"
 #include "tools/streams.h"
 #include "tools/validators.h"
@@ -32,6 +33,10 @@ int show(int argc, char** argv) {
       "Examples:\n"
       "  malha view scenes/drape_bunny.json\n"
       "  malha view scenes/sheet_shear.json scenes/desbrun_sheet.json");
+  if (argc > 2 && std::string(argv[1]) == malha::kCompleteWord) {  // and "view"
+    malha::print_completions(app, {argv + 3, argv + argc});
+    return malha::kDone;
+  }
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -1,0 +1,50 @@
+# SPDX-License-Identifier: Apache-2.0
+# THIRD_PARTY: the licences of the libraries that are compiled in, which are header-only, linked as static libraries, or
+# part of the pages. Shared libraries, such as Embree, are installed with licences of their own.
+set(third_party "malha is under the Apache License, Version 2.0 (LICENSE). Parts of these libraries are compiled in:\n")
+set(third_party_text "")
+
+# malha_compiles_in(NAME SPDX PLACE PACKAGE): reads the licence of Debian's package, or a file in or above the folder of
+# the library's headers.
+function(malha_compiles_in name spdx place package)
+  set(text "")
+  get_filename_component(folder "${place}" DIRECTORY)
+  foreach(file "/usr/share/doc/${package}/copyright" "${place}/LICENSE" "${place}/LICENSE.txt" "${folder}/LICENSE"
+          "${folder}/LICENSE.txt" "${folder}/LICENSE.MIT" "${folder}/../LICENSE" "${folder}/../share/licenses/${name}/LICENSE")
+    if(EXISTS "${file}" AND NOT text)
+      file(READ "${file}" text)
+      set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS "${file}")
+    endif()
+  endforeach()
+  if(NOT text)
+    message(WARNING "THIRD_PARTY: found no licence of ${name} beside ${place} and in ${package}; it is named as ${spdx}. "
+                    "Add its text before you give the installation away")
+  endif()
+  set(third_party "${third_party}  ${name} (${spdx})\n" PARENT_SCOPE)
+  set(third_party_text "${third_party_text}\n\n==== ${name} (${spdx}) ====\n\n${text}" PARENT_SCOPE)
+endfunction()
+
+get_target_property(eigen_folder Eigen3::Eigen INTERFACE_INCLUDE_DIRECTORIES)
+malha_compiles_in(Eigen MPL-2.0 "${eigen_folder}" libeigen3-dev)
+if(MALHA_HAS_JSON)
+  malha_compiles_in(nlohmann-json MIT "${nlohmann_json_DIR}" nlohmann-json3-dev)
+endif()
+if(MALHA_HAS_PICTURES OR MALHA_HAS_WINDOW)
+  malha_compiles_in(stb "MIT OR Unlicense" "${STB_INCLUDE_DIR}/stb" libstb-dev)
+endif()
+if(MALHA_HAS_GLTF)
+  malha_compiles_in(tinygltf MIT "${TINYGLTF_INCLUDE_DIR}" libtinygltf-dev)
+endif()
+if(MALHA_HAS_PAGES)
+  malha_compiles_in(three.js MIT "${three_folder}" libjs-three)
+endif()
+if(MALHA_HAS_COMMAND)
+  malha_compiles_in(CLI11 BSD-3-Clause "${CLI11_DIR}" libcli11-dev)
+endif()
+if(MALHA_HAS_WINDOW)
+  malha_compiles_in("Dear ImGui" MIT "${IMGUI_INCLUDE_DIR}" libimgui-dev)
+endif()
+if(MALHA_HAS_PYTHON)
+  malha_compiles_in(pybind11 BSD-3-Clause "${PYBIND11_INCLUDE_DIR}" pybind11-dev)
+endif()
+file(WRITE "${PROJECT_BINARY_DIR}/THIRD_PARTY" "${third_party}${third_party_text}")
