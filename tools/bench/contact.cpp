@@ -51,14 +51,13 @@ const std::vector<ContactCase>& all_contact_cases() {
   return all;
 }
 
-bool is_drape(const ContactCase& which) { return which.name == "drape_bunny" || !which.scan.empty(); }
-
 /// Median time of a frame by Bullet in ms, which starts in the state of the simulation. NaN if `frames` is 0, if the
 /// case is no cloth on a mesh, or if malha was built without Bullet.
 double bullet_ms([[maybe_unused]] const ContactCase& which, [[maybe_unused]] const Simulation& simulation,
                  [[maybe_unused]] int frames) {
 #if defined(MALHA_HAS_BULLET)
-  if (frames == 0 || !is_drape(which)) return NAN;
+  const bool is_drape = which.name == "drape_bunny" || !which.scan.empty();
+  if (frames == 0 || !is_drape) return NAN;
   BulletDrape drape(simulation);
   std::vector<double> ms;
   for (int frame = 0; frame < frames; ++frame) ms.push_back(1e3 * thread_seconds([&] { drape.step(); }));

@@ -49,8 +49,11 @@ def get_requires_for_build_sdist(config_settings=None):
 
 
 def _say(*words):
-    """Runs a program; returns what it prints."""
-    return subprocess.run(list(map(str, words)), check=True, stdout=subprocess.PIPE, text=True).stdout
+    """Runs a program; returns what it prints. Ends with that where it fails, which pip shows."""
+    done = subprocess.run(list(map(str, words)), check=False, stdout=subprocess.PIPE, text=True)
+    if done.returncode:
+        raise SystemExit(f"{done.stdout}{words[0]} ended with status {done.returncode}")
+    return done.stdout
 
 
 def _built(settings):
