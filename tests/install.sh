@@ -17,6 +17,10 @@ cmake --build "$scratch/build"
 # A scene with particles, constraints and a mesh to collide with, so that every dependency is called.
 "$scratch/build/run" "$root/scenes/ramp.json"
 for name in own_loop own_constraint several; do "$scratch/build/$name" "$root/scenes/sheet_shear.json"; done
+# On threads of their own these compare their bits with OpenMP's, in a scene whose launches have several groups.
+for name in own_threads game_loop tbb_arena; do
+  if [[ $name != tbb_arena || -e "$scratch/build/$name" ]]; then "$scratch/build/$name" "$root/scenes/long_cloth.json"; fi
+done
 "$root/tests/pages.sh" "$scratch/prefix/share/doc/malha" links
 "$scratch/prefix/bin/malha" --help >/dev/null
 if [[ -e "$build/malha_measures" ]]; then "$scratch/prefix/bin/malha" bench --help >/dev/null; fi

@@ -1,7 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
 # Required and optional libraries; tools/setup installs all of them on Debian.
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)
-find_package(OpenMP REQUIRED COMPONENTS CXX)
+set(malha_openmp "")
+if(MALHA_OPENMP)
+  find_package(OpenMP REQUIRED COMPONENTS CXX)
+  set(malha_openmp OpenMP::OpenMP_CXX)
+else()
+  add_compile_options(-fopenmp-simd)  # its directive for loops of one thread, which needs no library
+  if(MALHA_TESTS)
+    message(FATAL_ERROR "MALHA_TESTS: found ON with MALHA_OPENMP=OFF; allowed: OFF, because tests use OpenMP's threads")
+  endif()
+endif()
 find_package(nlohmann_json 3.10 REQUIRED)
 find_package(CLI11 REQUIRED)
 find_package(Threads REQUIRED)
