@@ -18,6 +18,10 @@ cmake --build "$scratch/build"
 # A scene with particles, constraints and a mesh to collide with, so that every dependency is called.
 "$scratch/build/run" "$root/scenes/ramp.json"
 for name in own_loop own_constraint several; do "$scratch/build/$name" "$root/scenes/sheet_shear.json"; done
+# On threads of their own these compare their bits with OpenMP's, in a scene whose launches have several groups.
+for name in own_threads game_loop tbb_arena; do
+  if [[ $name != tbb_arena || -e "$scratch/build/$name" ]]; then "$scratch/build/$name" "$root/scenes/long_cloth.json"; fi
+done
 # The C++ of the first page runs unchanged, with the scene of that page.
 mkdir "$scratch/page"
 block() { sed -n "/^\`\`\`$1\$/,/^\`\`\`\$/p" "$root/README.md" | sed '/^```/d'; }

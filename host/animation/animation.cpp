@@ -64,7 +64,8 @@ MergedVertices merged_vertices(const Mesh& mesh) {
 
 double size_at_start(const AnimationSource& source) {
   std::vector<Vec3> points(static_cast<std::size_t>(source.vertex_count()));
-  source.pose(0, {}, points);
+  PoseMemory memory;
+  source.pose(0, {}, points, memory);
   Vec3 low = points.front(), high = low;
   for (const Vec3& x : points)
     for (std::size_t k = 0; k < 3; ++k) low[k] = std::min(low[k], x[k]), high[k] = std::max(high[k], x[k]);
@@ -79,8 +80,9 @@ void check_merged(const std::string& file, const AnimationSource& all, const std
   for (const auto& pair : pairs) vertices.insert(vertices.end(), pair.begin(), pair.end());
   const std::unique_ptr<AnimationSource> merged = all.select(vertices);
   std::vector<Vec3> points(vertices.size());
+  PoseMemory memory;
   for (const double time : all.key_times()) {
-    merged->pose(time, {}, points);
+    merged->pose(time, {}, points, memory);
     for (std::size_t i = 0; i < points.size(); i += 2) {
       const double apart = distance(points[i], points[i + 1]);
       if (apart <= most) continue;
@@ -113,10 +115,14 @@ Animation::Animation(std::unique_ptr<const AnimationSource> source, const Animat
     : source_(std::move(source)), spec_(spec), map_(map) {}
 
 void Animation::sample(double time, std::span<Vec3> points) const {
+  PoseMemory memory;
+  sample(time, points, memory);
+}
+void Animation::sample(double time, std::span<Vec3> points, PoseMemory& memory) const {
   const double whole = source_->duration(spec_.loop);
   double local = spec_.offset + spec_.speed * time;
   if (spec_.loop && whole > 0) local -= whole * std::floor(local / whole);
-  source_->pose(std::clamp(local, 0.0, whole), map_, points);
+  source_->pose(std::clamp(local, 0.0, whole), map_, points, memory);
 }
 
 std::shared_ptr<const Animation> Animation::select(std::span<const int> vertices) const {

@@ -19,6 +19,7 @@ class Animation {
   /// The time of the simulation from the first pose to the last (s), or, of a loop, until the first comes again.
   double duration() const { return source_->duration(spec_.loop) / spec_.speed; }
   /// The positions at `time` (s of the simulation), in m: as many as there are vertices.
+  void sample(double time, std::span<Vec3> points, PoseMemory& memory) const;
   void sample(double time, std::span<Vec3> points) const;
   /// The animation of these vertices alone, in this order.
   std::shared_ptr<const Animation> select(std::span<const int> vertices) const;

@@ -7,10 +7,17 @@
 #include <vector>
 
 #include "host/mesh/affine.h"
+#include "host/mesh/io/gltf.h"
 #include "malha/mesh.h"
 #include "malha/scene.h"
 
 namespace malha {
+
+/// Memory of a pose, which later ones use again. Threads that share an animation have one each.
+struct PoseMemory {
+  GltfPose pose, next;
+  GltfMaps maps;
+};
 
 class AnimationSource {
  public:
@@ -20,7 +27,7 @@ class AnimationSource {
   /// The time from the first pose to the last (s), or, with `loop`, until the first one comes again.
   virtual double duration(bool loop) const = 0;
   /// The positions at a time in [0, duration] (m), mapped by `map`.
-  virtual void pose(double time, const Affine& map, std::span<Vec3> points) const = 0;
+  virtual void pose(double time, const Affine& map, std::span<Vec3> points, PoseMemory& memory) const = 0;
 
   /// Times at which the source has poses of its own (s).
   virtual std::vector<double> key_times() const = 0;

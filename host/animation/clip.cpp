@@ -79,19 +79,17 @@ void set_pose(const GltfClip& clip, double time, GltfPose& pose) {
   }
 }
 
-/// The pose between a and b at the share s.
-GltfPose blend(const GltfPose& a, const GltfPose& b, double s) {
-  GltfPose between = a;
+/// Blends a pose with another one at the share s.
+void blend(GltfPose& between, const GltfPose& b, double s) {
   const auto mix = [s](double& x, double y) { x += s * (y - x); };
-  for (std::size_t i = 0; i < a.places.size(); ++i) {
+  for (std::size_t i = 0; i < between.places.size(); ++i) {
     GltfPlace& place = between.places[i];
     const GltfPlace& other = b.places[i];
     for (std::size_t k = 0; k < 3; ++k)
       mix(place.translation[k], other.translation[k]), mix(place.scale[k], other.scale[k]);
     place.rotation = slerp(unit(place.rotation.data()), unit(other.rotation.data()), s);
   }
-  for (std::size_t i = 0; i < a.weights.size(); ++i) mix(between.weights[i], b.weights[i]);
-  return between;
+  for (std::size_t i = 0; i < between.weights.size(); ++i) mix(between.weights[i], b.weights[i]);
 }
 
 /// The clip that the scene names, by its name or its number.
@@ -131,10 +129,11 @@ class ClipSource : public AnimationSource {
 
   int vertex_count() const override { return static_cast<int>(file_.points.size()); }
   double duration(bool loop) const override { return end_ - begin_ + (loop ? return_ : 0); }
-  void pose(double time, const Affine& map, std::span<Vec3> points) const override {
+  void pose(double time, const Affine& map, std::span<Vec3> points, PoseMemory& memory) const override {
     const double after_end = time - (end_ - begin_);
-    deform(file_, after_end > 0 ? blend(pose_at(end_), pose_at(begin_), after_end / return_) : pose_at(begin_ + time),
-           map, points);
+    pose_at(after_end > 0 ? end_ : begin_ + time, memory.pose);
+    if (after_end > 0) pose_at(begin_, memory.next), blend(memory.pose, memory.next, after_end / return_);
+    deform(file_, memory.pose, map, points, memory.maps);
   }
   std::vector<double> key_times() const override { return times_; }
   std::string name_of(double key_time) const override {
@@ -149,15 +148,16 @@ class ClipSource : public AnimationSource {
   }
 
  private:
-  GltfPose pose_at(double time) const {
-    GltfPose pose = file_.rest;
+  void pose_at(double time, GltfPose& pose) const {
+    pose = file_.rest;
     set_pose(clip_, time, pose);
-    return pose;
   }
   /// True if no vertex is elsewhere at the last key than at the first one, to a ten thousandth of the figure's size.
   bool ends_as_it_begins() const {
     std::vector<Vec3> first(file_.points.size()), last = first;
-    deform(file_, pose_at(begin_), {}, first), deform(file_, pose_at(end_), {}, last);
+    GltfPose pose;
+    pose_at(begin_, pose), deform(file_, pose, {}, first);
+    pose_at(end_, pose), deform(file_, pose, {}, last);
     double size = 0, apart = 0;
     for (std::size_t v = 0; v < first.size(); ++v)
       size = std::max(size, distance(first[v], first[0])), apart = std::max(apart, distance(first[v], last[v]));

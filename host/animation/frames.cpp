@@ -30,7 +30,7 @@ class FrameSource : public AnimationSource {
 
   int vertex_count() const override { return static_cast<int>(vertices_); }
   double duration(bool loop) const override { return seconds_ * static_cast<double>(frames() - (loop ? 0 : 1)); }
-  void pose(double time, const Affine& map, std::span<Vec3> points) const override {
+  void pose(double time, const Affine& map, std::span<Vec3> points, PoseMemory& /*memory*/) const override {
     const double frame = time / seconds_, whole = std::floor(frame), s = frame - whole;
     const Point* a = at(static_cast<std::size_t>(whole) % frames());
     const Point* b = at((static_cast<std::size_t>(whole) + 1) % frames());

@@ -22,15 +22,16 @@ inline bool is_over(const std::optional<double>& release_time, double time, doub
   return release_time && time >= *release_time - 1e-6 * h;
 }
 
-/// Anchors of particles that start at x, in the target's moving frame.
+/// Anchor of a particle that starts at x, in the target's moving frame.
+inline Vector3<double> anchor_of(const Target& target, const Vec3& x) {
+  const Vec3& at = target.point ? *target.point : x;
+  return to_local(target.environment.empty() ? Pose{} : pose_at(target.motion, 0), {at[0], at[1], at[2]});
+}
+/// Anchors of particles that start at x.
 inline std::vector<Vector3<double>> anchors(const Target& target, const std::vector<int>& particles,
                                             const std::vector<Vec3>& x) {
-  const Pose start = target.environment.empty() ? Pose{} : pose_at(target.motion, 0);
   std::vector<Vector3<double>> places;
-  for (const int i : particles) {
-    const Vec3& at = target.point ? *target.point : x[i];
-    places.push_back(to_local(start, {at[0], at[1], at[2]}));
-  }
+  for (const int i : particles) places.push_back(anchor_of(target, x[i]));
   return places;
 }
 

@@ -2,6 +2,7 @@
 #include "host/attachments/object_motion.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "host/animation/animation.h"
 
@@ -9,20 +10,17 @@ namespace malha {
 
 namespace {
 
-/// The vertices of an object from code in its frame; `vertex(i)` is the number of the i-th.
+/// Sets `points` to vertices of an object from code in its frame; `vertex(i)` is the number of the i-th.
 template <class Vertex>
-std::vector<Vec3> points_from_code(const EnvironmentMesh& object, std::size_t count, const Vertex& vertex,
-                                   double time) {
+void set_points_from_code(const EnvironmentMesh& object, const Vertex& vertex, double time, std::vector<Vec3>& points) {
   const SetVertices& set = object.set;
   const double s = set.to.empty() ? 0 : std::clamp((time - set.start) / (set.end - set.start), 0.0, 1.0);
   const std::vector<Vec3>& from = set.to.empty() ? object.mesh.points : s < 1 ? set.from : set.to;
-  std::vector<Vec3> points(count);
-  for (std::size_t i = 0; i < count; ++i) {
+  for (std::size_t i = 0; i < points.size(); ++i) {
     const std::size_t v = vertex(i);
     points[i] = from[v];
     for (int k = 0; s > 0 && s < 1 && k < 3; ++k) points[i][k] += (set.to[v][k] - points[i][k]) * s;
   }
-  return points;
 }
 
 void place(const EnvironmentMesh& object, double time, std::vector<Vec3>& points) {
@@ -36,22 +34,31 @@ void place(const EnvironmentMesh& object, double time, std::vector<Vec3>& points
 
 }  // namespace
 
-std::vector<Vec3> points_in_frame(const EnvironmentMesh& object, double time) {
-  const std::size_t count = object.mesh.points.size();
-  if (!object.animation) {
-    if (object.set.to.empty()) return object.mesh.points;
-    return points_from_code(
-        object, count, [](std::size_t i) { return i; }, time);
-  }
-  std::vector<Vec3> points(count);
-  object.animation->sample(time, points);
-  return points;
+const std::vector<Vec3>& points_in_frame(const EnvironmentMesh& object, double time, VertexBuffer& to) {
+  to.points.resize(object.mesh.points.size());
+  if (object.animation)
+    object.animation->sample(time, to.points, to.memory);
+  else if (object.set.to.empty())
+    to.points = object.mesh.points;
+  else
+    set_points_from_code(
+        object, [](std::size_t i) { return i; }, time, to.points);
+  return to.points;
 }
-
+const std::vector<Vec3>& points_at(const EnvironmentMesh& object, double time, VertexBuffer& to) {
+  points_in_frame(object, time, to);
+  place(object, time, to.points);
+  return to.points;
+}
+std::vector<Vec3> points_in_frame(const EnvironmentMesh& object, double time) {
+  VertexBuffer to;
+  points_in_frame(object, time, to);
+  return std::move(to.points);
+}
 std::vector<Vec3> points_at(const EnvironmentMesh& object, double time) {
-  std::vector<Vec3> points = points_in_frame(object, time);
-  place(object, time, points);
-  return points;
+  VertexBuffer to;
+  points_at(object, time, to);
+  return std::move(to.points);
 }
 
 SomeVertices::SomeVertices(const EnvironmentMesh& object, const std::vector<int>& vertices)
@@ -59,15 +66,15 @@ SomeVertices::SomeVertices(const EnvironmentMesh& object, const std::vector<int>
   if (object.animation) animation_ = object.animation->select(vertices);
 }
 
-std::vector<Vec3> SomeVertices::at(double time) const {
-  std::vector<Vec3> points(vertices_.size());
+const std::vector<Vec3>& SomeVertices::at(double time) {
+  at_.points.resize(vertices_.size());
   if (animation_)
-    animation_->sample(time, points);
+    animation_->sample(time, at_.points, at_.memory);
   else
-    points = points_from_code(
-        *object_, points.size(), [this](std::size_t i) { return static_cast<std::size_t>(vertices_[i]); }, time);
-  place(*object_, time, points);
-  return points;
+    set_points_from_code(
+        *object_, [this](std::size_t i) { return static_cast<std::size_t>(vertices_[i]); }, time, at_.points);
+  place(*object_, time, at_.points);
+  return at_.points;
 }
 
 Mesh mesh_at(const EnvironmentMesh& object, double time) {

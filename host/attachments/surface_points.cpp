@@ -69,21 +69,22 @@ SurfacePoints::Followed SurfacePoints::follow(const EnvironmentMesh& object,
 SurfacePoints::SurfacePoints(const EnvironmentMesh& object, const std::vector<Vector3<double>>& places)
     : SurfacePoints(object, follow(object, places)) {}
 SurfacePoints::SurfacePoints(const EnvironmentMesh& object, Followed followed)
-    : vertices_(object, followed.vertices), points_(std::move(followed.points)) {}
+    : vertices_(object, followed.vertices), points_(std::move(followed.points)) {
+  at_.reserve(points_.size());
+}
 
-std::vector<Vector3<double>> SurfacePoints::at(double time) const {
-  const std::vector<Vec3> x = vertices_.at(time);
-  std::vector<Vector3<double>> all;
-  all.reserve(points_.size());
+const std::vector<Vector3<double>>& SurfacePoints::at(double time) {
+  const std::vector<Vec3>& x = vertices_.at(time);
+  at_.clear();
   for (const Point& point : points_) {
     const Vector3<double> a = vector(x[point.corner[0]]), b = vector(x[point.corner[1]]) - a,
                           c = vector(x[point.corner[2]]) - a, &offset = point.offset;
     Vector3<double> place = a + b * point.wb + c * point.wc;
     if (TriangleAxes axes; axes_of(b, c, axes))  // a triangle that has lost its area has no direction
       place = place + axes.along * offset.x + axes.across * offset.y + axes.normal * offset.z;
-    all.push_back(place);
+    at_.push_back(place);
   }
-  return all;
+  return at_;
 }
 
 }  // namespace malha

@@ -16,8 +16,8 @@ class SurfacePoints {
   /// `places` are those of the points at the start, m. Triangles without area are left out.
   SurfacePoints(const EnvironmentMesh& object, const std::vector<Vector3<double>>& places);
 
-  /// Returns the positions of the points at a time (s), m.
-  std::vector<Vector3<double>> at(double time) const;
+  /// Returns the positions of the points at a time (s), m, until the next call.
+  const std::vector<Vector3<double>>& at(double time);
 
  private:
   struct Point {
@@ -34,6 +34,7 @@ class SurfacePoints {
 
   SomeVertices vertices_;
   std::vector<Point> points_;
+  std::vector<Vector3<double>> at_;  // m, at the time of the last call
 };
 
 }  // namespace malha

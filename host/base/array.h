@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <memory>
 #include <new>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -100,6 +101,16 @@ class Array {
     std::vector<T> values(size_);
     Memory<Executor>::copy_out(data_, size_, values.data());
     return values;
+  }
+  /// The elements where the host reads them: in place, or copied to `staging`.
+  std::span<const T> on_host([[maybe_unused]] std::vector<T>& staging) const {
+    if constexpr (Memory<Executor>::kOnHost) {
+      return {data_, size_};
+    } else {
+      staging.resize(size_);
+      Memory<Executor>::copy_out(data_, size_, staging.data());
+      return staging;
+    }
   }
   T get(std::size_t i) const {
     T value;

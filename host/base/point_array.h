@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Points in the executor's memory, one array a coordinate.
 #pragma once
+#include <span>
 #include <vector>
 
 #include "host/base/array.h"
@@ -47,11 +48,44 @@ class PointArray {
   }
   template <class Point = Vec3>
   std::vector<Point> download() const {
-    const std::vector<R> values = values_.download();
-    std::vector<Point> points(size_);
+    std::vector<Point> points;
+    download_to(points);
+    return points;
+  }
+  /// Writes point i, or the sum of both points i, to the three numbers from to[stride at[i]] on.
+  template <class Number>
+  void scatter_to(Number* to, std::size_t stride_of_to, const std::vector<int>& at,
+                  const PointArray* low = nullptr) const {
+    const std::span<const R> values = values_.on_host(staging_);
+    const std::span<const R> rest = low ? low->values_.on_host(low->staging_) : std::span<const R>{};
+    for (std::size_t i = 0; i < size_; ++i) {
+      Number* const point = to + static_cast<std::size_t>(at[i]) * stride_of_to;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::size_t from = k * stride() + i;
+        point[k] = static_cast<Number>(rest.empty() ? double(values[from]) : double(values[from]) + double(rest[from]));
+      }
+    }
+  }
+  /// Sets point i to the at[i]-th of the list.
+  void gather(const std::vector<Vec3>& points, const std::vector<int>& at) {
+    R* const to = Memory<Executor>::kOnHost ? values_.data() : (staging_.resize(values_.size()), staging_.data());
+    for (std::size_t i = 0; i < size_; ++i)
+      for (std::size_t k = 0; k < 3; ++k) to[k * stride() + i] = R(points[static_cast<std::size_t>(at[i])][k]);
+    if (!Memory<Executor>::kOnHost) values_.upload(staging_);
+  }
+  /// Adds each point to one of the list, which has size() elements.
+  void add_to(std::vector<Vec3>& points) const {
+    const std::span<const R> values = values_.on_host(staging_);
+    for (std::size_t i = 0; i < size_; ++i)
+      for (int k = 0; k < 3; ++k) points[i][k] += values[k * stride() + i];
+  }
+  /// Allocates nothing on the host if the capacity of `points` suffices.
+  template <class Point>
+  void download_to(std::vector<Point>& points) const {
+    points.resize(size_);
+    const std::span<const R> values = values_.on_host(staging_);
     for (std::size_t i = 0; i < size_; ++i)
       for (int k = 0; k < 3; ++k) points[i][k] = values[k * stride() + i];
-    return points;
   }
 
  private:
@@ -64,6 +98,7 @@ class PointArray {
 
   std::size_t size_ = 0;
   Array<Executor, R> values_;
+  mutable std::vector<R> staging_;  // values_ of a device
 };
 
 /// Points as rows of four numbers, for kernels that read them in no particular order.

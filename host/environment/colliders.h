@@ -50,6 +50,7 @@ class EnvironmentColliders {
     if (shapes > 0) shapes_.emplace(executor, model);
     if (meshes + shapes < model.environment.size()) deforming_.emplace(executor, model);
     count_ = int(meshes_.has_value()) + int(shapes_.has_value()) + int(deforming_.has_value());
+    if (count_ > 1) saved_displacements_ = PointArray<Executor, R>(model.x.size());
   }
 
   /// Detects the contacts of the paths from x to p, while the objects move from their poses at `start` to those at
@@ -104,9 +105,8 @@ class EnvironmentColliders {
   /// Clamps particles after a substep of h seconds without contact detection in which some exceeded the speed limit;
   /// the state is that after the substep.
   void clamp_tunnelling_late(const Particles<R>& particles, double start, double h) {
-    const PointArray<Executor, R> before(static_cast<std::size_t>(particles.count));
     Particles<R> then = particles;
-    then.x = then.p.x = before.points();
+    then.x = then.p.x = before_.points();
     parallel_for(executor_, particles.count, ReconstructPrevious<R>{particles, then.x, R(h)});
     for_each([&](auto& one) { one.set_poses(start, start + h); });
     clamp_tunnelling(then);
@@ -125,8 +125,9 @@ class EnvironmentColliders {
     return any_of([](const auto& one) { return one.moves(); });
   }
 
-  /// Allocates memory for max_contact_free_speed().
-  void allocate_clearance() {
+  /// Allocates memory for max_contact_free_speed() and clamp_tunnelling_late(), of this many particles.
+  void allocate_clearance(std::size_t particles) {
+    before_ = PointArray<Executor, R>(particles);
     for_each([](auto& one) { one.allocate_clearance(); });
   }
   /// Largest speed (m/s) of particles during the next `substeps` of h seconds at which none comes near enough to an
@@ -147,7 +148,7 @@ class EnvironmentColliders {
   }
 
   std::size_t bytes() const {
-    std::size_t sum = saved_displacements_.bytes();
+    std::size_t sum = saved_displacements_.bytes() + before_.bytes();
     for_each([&](const auto& one) { sum += one.bytes(); });
     return sum;
   }
@@ -225,8 +226,6 @@ class EnvironmentColliders {
     };
     for (int round = 0; round < kRounds && clean < count_; ++round) run_round();
     if (clean == count_) return moved;
-    if (saved_displacements_.size() == 0)
-      saved_displacements_ = PointArray<Executor, R>(static_cast<std::size_t>(particles.count));
     parallel_for(executor_, particles.count,
                  CopyPoints<R, Points<R>, Points<R>>{particles.p.d, saved_displacements_.points()});
     move_with_objects = false;
@@ -243,6 +242,7 @@ class EnvironmentColliders {
   std::optional<DeformingCollider<Executor, R>> deforming_;
   int count_ = 0;                                // number of colliders
   PointArray<Executor, R> saved_displacements_;  // of particles that several colliders push
+  PointArray<Executor, R> before_;               // of clamp_tunnelling_late()
 };
 
 }  // namespace malha

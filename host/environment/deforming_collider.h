@@ -32,6 +32,7 @@ class DeformingCollider {
     for (const EnvironmentMesh& mesh : model.environment)
       if (deforms(mesh)) objects_.emplace_back(mesh, model.x.size());
     views_ = Array<Executor, DeformingObject<R>>(objects_.size());
+    if (guards_run_in_turns(model)) saved_displacements_ = PointArray<Executor, R>(model.x.size());
   }
 
   /// Sets the motion of a substep: the vertices move from where they are at `start` to where they are at `end` (s).
@@ -102,8 +103,6 @@ class DeformingCollider {
   }
   /// The same after self-collision, with marks on particles that it has moved. Returns whether there are any.
   bool resolve_crossings(const Particles<R>& particles, const KinematicMarks<R>& marks, bool /*move_with_objects*/) {
-    const auto n = static_cast<std::size_t>(particles_);
-    if (saved_displacements_.size() == 0) saved_displacements_ = PointArray<Executor, R>(n);
     const Points<R> saved = saved_displacements_.points();
     parallel_for(executor_, particles_, CopyPoints<R, Points<R>, Points<R>>{particles.p.d, saved});
     clamp_tunnelling(particles);
@@ -244,18 +243,19 @@ class DeformingCollider {
 
    private:
     /// The vertices at a time, whose speed since `time` is noted.
-    std::vector<Vec4<double>> points(double at) {
-      std::vector<Vec3> now = points_at(of, at);
-      std::vector<Vec4<double>> all;
-      all.reserve(now.size());
-      for (const Vec3& x : now) all.push_back({x[0] + 0, x[1] + 0, x[2] + 0, 0});
+    const std::vector<Vec4<double>>& points(double at) {
+      const std::vector<Vec3>& now = points_at(of, at, sampled);
+      staged.clear();
+      for (const Vec3& x : now) staged.push_back({x[0] + 0, x[1] + 0, x[2] + 0, 0});
       if (at > time)
         for (std::size_t v = 0; v < now.size(); ++v)
           fastest = std::max(fastest, norm(minus(now[v], before[v])) / (at - time));
-      before = std::move(now);
-      return all;
+      before.swap(sampled.points);
+      return staged;
     }
-    std::vector<Vec3> before;  // positions at `time`
+    VertexBuffer sampled;
+    std::vector<Vec4<double>> staged;  // for kernels
+    std::vector<Vec3> before;          // positions at `time`
   };
 
   struct CountPinched {
@@ -276,9 +276,9 @@ class DeformingCollider {
       parallel_for(executor_, tree.nodes[level], RefitLevel<float>{tree, level});
   }
   void upload() {
-    std::vector<DeformingObject<R>> all;
-    for (const Object& o : objects_) all.push_back(o.view());
-    views_.upload(all);
+    staged_views_.clear();
+    for (const Object& o : objects_) staged_views_.push_back(o.view());
+    views_.upload(staged_views_);
   }
   template <class Kernel>
   void launch(const Kernel& kernel) {
@@ -293,7 +293,8 @@ class DeformingCollider {
   double recovery_;                     // thicknesses by which a particle that is too near is moved out in a substep
   mutable std::deque<Object> objects_;  // also set to times that are measured
   Array<Executor, DeformingObject<R>> views_;
-  Array<Executor, unsigned char> pinched_;  // of each particle
+  std::vector<DeformingObject<R>> staged_views_;  // the same, before they are uploaded
+  Array<Executor, unsigned char> pinched_;        // of each particle
   PointArray<Executor, R> saved_displacements_;
   bool keeps_overlaps_ = true;
   int most_pinched_ = 0;

@@ -14,27 +14,26 @@ Vec3 unit_or_zero(const Vec3& a) {
 
 }  // namespace
 
-DeformingPoints deforming_points(const EnvironmentMesh& object, const std::vector<Triangle>& triangles, double time) {
-  DeformingPoints points;
-  points.time = time, points.at = points_in_frame(object, time);
-  std::vector<Vec3> sum(points.at.size(), Vec3{});
+void DeformingPoints::sample(const EnvironmentMesh& object, const std::vector<Triangle>& triangles, double at_time) {
+  time = at_time;
+  const std::vector<Vec3>& x = points_in_frame(object, at_time, at);
+  normal.assign(x.size(), Vec4<double>{0, 0, 0, 0});
   for (const Triangle& t : triangles)
     for (int k = 0; k < 3; ++k) {
       // Weighted by the sine of the triangle's angle.
-      const Vec3 &a = points.at[t[k]], &b = points.at[t[(k + 1) % 3]], &c = points.at[t[(k + 2) % 3]];
+      const Vec3 &a = x[t[k]], &b = x[t[(k + 1) % 3]], &c = x[t[(k + 2) % 3]];
       const Vec3 n = cross(unit_or_zero(minus(b, a)), unit_or_zero(minus(c, a)));
-      for (int axis = 0; axis < 3; ++axis) sum[t[k]][axis] += n[axis];
+      Vec4<double>& sum = normal[t[k]];
+      sum.x += n[0], sum.y += n[1], sum.z += n[2];
     }
-  points.normal.reserve(sum.size());
-  for (const Vec3& n : sum) {
-    const Vec3 unit = unit_or_zero(n);
-    points.normal.push_back({unit[0], unit[1], unit[2], 0});
+  for (Vec4<double>& n : normal) {
+    const Vec3 unit = unit_or_zero({n.x, n.y, n.z});
+    n = {unit[0], unit[1], unit[2], 0};
   }
   Vec3 mean{};
-  for (const Vec3& x : points.at)
-    for (int axis = 0; axis < 3; ++axis) mean[axis] += x[axis] / static_cast<double>(points.at.size());
-  points.centre = {mean[0], mean[1], mean[2]};
-  return points;
+  for (const Vec3& place : x)
+    for (int axis = 0; axis < 3; ++axis) mean[axis] += place[axis] / static_cast<double>(x.size());
+  centre = {mean[0], mean[1], mean[2]};
 }
 
 }  // namespace malha

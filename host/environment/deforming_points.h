@@ -11,12 +11,12 @@ namespace malha {
 
 struct DeformingPoints {
   double time = NAN;                 // s
-  std::vector<Vec3> at;              // in the object's frame, m
+  VertexBuffer at;                   // in the object's frame, m
   std::vector<Vec4<double>> normal;  // unit, or zero where there is none
   Vector3<double> centre{};          // mean of the points, m
-};
 
-/// The points of an object at a time (s). `triangles`: of its mesh.
-DeformingPoints deforming_points(const EnvironmentMesh& object, const std::vector<Triangle>& triangles, double time);
+  /// Sets them to those of an object at a time (s). `triangles`: of its mesh.
+  void sample(const EnvironmentMesh& object, const std::vector<Triangle>& triangles, double at_time);
+};
 
 }  // namespace malha

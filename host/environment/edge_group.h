@@ -285,18 +285,21 @@ class EdgeGroup {
   /// moves with the mean of the points.
   void move_points(double start, double end) {
     start = std::round(start / h_) * h_, end = std::round(end / h_) * h_;
-    const DeformingPoints from = now_.time == start ? std::move(now_) : deforming_points(of_, mesh_triangles_, start);
-    now_ = deforming_points(of_, mesh_triangles_, end);
+    std::swap(from_, now_);
+    const DeformingPoints& from = from_;
+    if (from_.time != start) from_.sample(of_, mesh_triangles_, start);
+    now_.sample(of_, mesh_triangles_, end);
     before_.centre = from.centre, after_.centre = now_.centre;
-    const std::size_t count = from.at.size();
-    std::vector<Vec4<R>> x(count), d(count);
-    std::vector<Box<R>> boxes(count);
+    const std::vector<Vec3>&before = from.at.points, &after = now_.at.points;
+    const std::size_t count = before.size();
+    auto& [x, d, boxes] = staged_points_;
+    x.resize(count), d.resize(count), boxes.resize(count);
     for (std::size_t i = 0; i < count; ++i) {
       const auto in_frame = [](const Vec3& a, const Vector3<double>& centre) {
         return Vector3<double>{a[0], a[1], a[2]} - centre;
       };
-      const Vector3<R> at = rounded<R>(in_frame(from.at[i], from.centre)),
-                       way = rounded<R>(in_frame(now_.at[i], now_.centre) - in_double(at)), to = at + way;
+      const Vector3<R> at = rounded<R>(in_frame(before[i], from.centre)),
+                       way = rounded<R>(in_frame(after[i], now_.centre) - in_double(at)), to = at + way;
       x[i] = {at.x, at.y, at.z, R(INFINITY)}, d[i] = {way.x, way.y, way.z, R(0)};
       boxes[i] = merge(Box<R>{x[i], x[i]}, Box<R>{{to.x, to.y, to.z, R(0)}, {to.x, to.y, to.z, R(0)}});
     }
@@ -418,7 +421,11 @@ class EdgeGroup {
 
   // State of a mesh that deforms.
   std::vector<Triangle> mesh_triangles_;
-  DeformingPoints now_;                            // at the end of the last substep
+  DeformingPoints from_, now_;  // at the start and the end of the last substep
+  struct {                      // of move_points(), for kernels
+    std::vector<Vec4<R>> x, d;
+    std::vector<Box<R>> boxes;
+  } staged_points_;
   std::vector<int> depth_end_;                     // in nodes_by_depth_
   Array<Executor, int> nodes_by_depth_;            // of the BVH, the deepest first
   Array<Executor, Vec4<double>> normals_[2];       // of the points, at the substep's start and end

@@ -33,6 +33,7 @@ class EnvironmentMeshes {
       if (is_rigid_mesh(mesh)) objects.emplace_back(device_, mesh, model.x.size());
     const std::size_t masks = kOnHost ? 1 : objects.size();
     bits_ = Array<Executor, unsigned long long>(masks * static_cast<std::size_t>(group_count_), 0ull);
+    meshes_.reserve(objects.size()), caches_.reserve(objects.size()), counted_.reserve(objects.size());
     if (kOnHost) return;
     counts_ = Array<Executor, BroadPhaseCounts>(objects.size());
     queries_ = Array<Executor, ContactQuery<R>>(objects.size());
@@ -99,17 +100,17 @@ class EnvironmentMeshes {
     const auto counting = [&](int k) {
       return CountBroadPhase<R>{{masks.bits, std::min(k + 1, masks.count), group_count_}, objects[k].cache.view()};
     };
-    std::vector<BroadPhaseCounts> counts;
+    counted_.clear();
     if constexpr (kOnHost) {
       for (int k = first; k < last; ++k)
-        counts.push_back(parallel_reduce<BroadPhaseCounts>(executor_, group_count_, counting(k)));
+        counted_.push_back(parallel_reduce<BroadPhaseCounts>(executor_, group_count_, counting(k)));
     } else {
       for (int k = first; k < last; ++k) parallel_reduce_into(executor_, group_count_, counting(k), counts_.data() + k);
-      counts = counts_.download();
+      counted_ = counts_.download();
     }
     ActiveCount active;
     for (int k = first; k < last; ++k) {
-      const BroadPhaseCounts& at = counts[k - first];
+      const BroadPhaseCounts& at = counted_[k - first];
       objects[k].cache.reserve_slots(executor_, at.without_slot, at.slots, at.without_entries, at.entries);
       caches_[k] = objects[k].cache.view();
       active = {at.groups, masks.count > 1 ? active.particles + at.particles : at.particles};
@@ -158,6 +159,7 @@ class EnvironmentMeshes {
   HostQueryStaging<Executor, R> staging_;
   std::vector<MovingMesh> meshes_;             // of the present substep
   std::vector<ProximityCacheView<R>> caches_;  // of each mesh
+  std::vector<BroadPhaseCounts> counted_;      // of the meshes for which slots are reserved
   Array<Executor, unsigned long long> bits_;
   Array<Executor, BroadPhaseCounts> counts_;  // of each mesh, on a device
   Array<Executor, ContactQuery<R>> queries_;  // likewise

@@ -18,7 +18,12 @@ template <class Executor, class R>
 class MeshCollider {
  public:
   MeshCollider(const Executor& executor, const Model& model)
-      : meshes_(executor, model), contacts_(meshes_), particles_(model.x.size()) {}
+      : meshes_(executor, model), contacts_(meshes_), particles_(model.x.size()) {
+    unresolved_.reserve(static_cast<std::size_t>(meshes_.groups()));
+    if (!guards_run_in_turns(model)) return;
+    saved_displacements_ = PointArray<Executor, R>(particles_);
+    poses_ = Array<Executor, Pose>(meshes_.objects.size()), motion_.reserve(meshes_.objects.size());
+  }
 
   /// Sets the motion of a substep: the meshes move from their poses at `start` to those at `end` (s).
   void set_poses(double start, double end) { meshes_.set_poses(start, end); }
@@ -60,15 +65,11 @@ class MeshCollider {
   bool resolve_crossings(const Particles<R>& particles, const KinematicMarks<R>& marks, bool move_with_meshes) {
     const ActiveCount active = find_crossing_candidates(particles);
     if (active.particles == 0) return false;
-    if (saved_displacements_.size() == 0)
-      saved_displacements_ = PointArray<Executor, R>(static_cast<std::size_t>(particles.count));
     parallel_for(executor(), particles.count,
                  CopyPoints<R, Points<R>, Points<R>>{particles.p.d, saved_displacements_.points()});
     clamp(particles, active, move_with_meshes);
-    std::vector<Pose> motion;
-    append_motion(motion);
-    const Array<Executor, Pose> poses(motion);
-    const MarkMovedParticles<R> mark{particles, saved_displacements_.points(), marks, poses.data(), meshes_.count()};
+    motion_.clear(), append_motion(motion_), poses_.upload(motion_);
+    const MarkMovedParticles<R> mark{particles, saved_displacements_.points(), marks, poses_.data(), meshes_.count()};
     return parallel_reduce<Sum>(executor(), particles.count, mark).value > 0;
   }
   /// Allocates memory for max_contact_free_speed().
@@ -195,6 +196,8 @@ class MeshCollider {
   EnvironmentContacts<Executor, R> contacts_;
   Array<Executor, Clearance> clearance_;
   PointArray<Executor, R> saved_displacements_;  // displacements before resolve_crossings()
+  std::vector<Pose> motion_;                     // of each mesh, in resolve_crossings()
+  Array<Executor, Pose> poses_;                  // the same, for kernels
   std::vector<unsigned long long> unresolved_;   // mask of particles that clamp() cannot clamp
   std::size_t particles_;
 };

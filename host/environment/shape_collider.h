@@ -29,6 +29,8 @@ class ShapeCollider {
     first_ = Array<Executor, int>(groups, 0), blocks_ = Array<Executor, int>(groups, 0);
     used_ = Array<Executor, int>(1, 0), moved_ = Array<Executor, int>(1, 0);
     shapes_ = Array<Executor, MovingShape>(objects_.size());
+    // One for each group, which costs nothing before it is used.
+    if (Memory<Executor>::kOnHost) contacts_ = Array<Executor, ShapeContacts<R>>(groups);
     set_poses(0, 0);
   }
 
@@ -166,11 +168,12 @@ class ShapeCollider {
     constexpr double kMostThicknesses = 2;
     const bool start = std::exchange(update_, OverlapUpdate::None) == OverlapUpdate::Start;
     overlap_blocks_ = {}, overlaps_ = {};
-    std::vector<int> flags(static_cast<std::size_t>(groups_) * objects_.size(), 0);
-    const Array<Executor, int> found(flags);
-    for_groups(FindOverlaps<R>{view(particles), found.data(), kMostThicknesses, start});
-    flags = found.download();
-    allocate_overlaps(flags);
+    flags_.assign(static_cast<std::size_t>(groups_) * objects_.size(), 0);
+    if (found_.size() == 0) found_ = Array<Executor, int>(flags_.size());
+    found_.upload(flags_);
+    for_groups(FindOverlaps<R>{view(particles), found_.data(), kMostThicknesses, start});
+    Memory<Executor>::copy_out(found_.data(), flags_.size(), flags_.data());
+    allocate_overlaps(flags_);
     if (overlaps_.size() > 0) for_groups(FindOverlaps<R>{view(particles), nullptr, kMostThicknesses, start});
   }
   /// Allocates blocks for the pairs of group and shape with a flag, which becomes the number of the block; -1: none.
@@ -187,6 +190,8 @@ class ShapeCollider {
   std::vector<const EnvironmentMesh*> objects_;  // of the model, whose motion the program may change
   std::vector<MovingShape> present_;             // of the present substep
   Array<Executor, MovingShape> shapes_;          // the same, for kernels
+  std::vector<int> flags_;                       // of find_overlaps(): one for each pair of group and shape
+  Array<Executor, int> found_;                   // the same, for kernels
   Array<Executor, ShapeContacts<R>> contacts_;
   Array<Executor, int> first_, blocks_;  // see ShapeView
   Array<Executor, int> used_, moved_;    // single numbers

@@ -4,13 +4,16 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory_resource>
 #include <new>
 
 namespace malha {
 
 namespace {
 
-constexpr std::size_t kCompared = 6;  // candidates that are compared with all others
+constexpr std::size_t kCompared = 6;          // candidates that are compared with all others
+constexpr std::size_t kCellMemory = 1 << 16;  // bytes on the stack, for some 450 triangles
+constexpr std::size_t kUsualList = 256;
 constexpr int kFinestGrid = 7;        // depth: 16 MiB of virtual memory, allocated page by page on first use
 constexpr double kSideInEdges = 2.5;  // side of the grid's cells, in mean edge lengths
 constexpr double kLoose = 0.9;        // of the distance of a grid cell's centre: Embree then visits few triangles
@@ -157,9 +160,10 @@ double TriangleOctree::distance(const Vector3<double>& p, int triangle) const {
 
 /// All triangles that may be closest to a point of the cube: no farther from its centre than the closest one plus twice
 /// the distance to a corner.
-std::vector<int> TriangleOctree::candidates_for(const Cube& cube) const {
+std::pmr::vector<int> TriangleOctree::candidates_for(const Cube& cube, std::pmr::memory_resource& memory) const {
   const Vector3<double>& p = cube.centre;
-  std::vector<std::pair<double, int>> found_triangles;
+  std::pmr::vector<std::pair<double, int>> found_triangles(&memory);
+  found_triangles.reserve(kUsualList);
   double nearest = 8 * mesh_.half;
   const double more = 2 * cube.radius() + rounding_, slack = skin_ + 1e-6 * norm(p);
   point_query(scene_, {float(p.x), float(p.y), float(p.z)}, float(nearest + more + slack), [&](int t) {
@@ -168,7 +172,8 @@ std::vector<int> TriangleOctree::candidates_for(const Cube& cube) const {
     if (!(least > nearest + more)) found_triangles.push_back({least, t});
     return static_cast<float>(nearest + more + slack);
   });
-  std::vector<int> triangles;
+  std::pmr::vector<int> triangles(&memory);
+  triangles.reserve(found_triangles.size());
   for (const auto& [least, t] : found_triangles)
     if (!(least > nearest + more)) triangles.push_back(t);
   std::sort(triangles.begin(), triangles.end());
@@ -180,9 +185,12 @@ std::vector<int> TriangleOctree::candidates_for(const Cube& cube) const {
 /// at the centre: so a comparison at the corners decides.
 int TriangleOctree::make(int parent, const Cube& cube, const OctreeKey& path) {
   const int depth = parent == 0 ? mesh_.start : cells_[parent].depth + 1;
-  std::vector<int> own;
+  // Cells are made during steps, which allocate nothing: only lists that do not fit here are allocated.
+  std::array<std::byte, kCellMemory> bytes;
+  std::pmr::monotonic_buffer_resource memory(bytes.data(), bytes.size());
+  std::pmr::vector<int> own(&memory);
   const bool is_split = depth > mesh_.start;
-  if (!is_split) own = candidates_for(cube);
+  if (!is_split) own = candidates_for(cube, memory);
   const int* const list = is_split ? lists_.get() + cells_[parent].first : own.data();
   const int count = is_split ? cells_[parent].count : static_cast<int>(own.size());
   if (count == 0) return 0;
@@ -191,7 +199,7 @@ int TriangleOctree::make(int parent, const Cube& cube, const OctreeKey& path) {
     double distance;
     Vector3<double> d;
   };
-  std::vector<Found> found(count + kWide);
+  std::pmr::vector<Found> found(count + kWide, Found{}, &memory);
   const Vector3<S> p{S(cube.centre.x), S(cube.centre.y), S(cube.centre.z)};
   for (int k = 0; k < count; k += kWide) {
     const Vector3<S> d = p - closest_points_on(mesh_, p, list + k, count - k).q;
@@ -209,7 +217,8 @@ int TriangleOctree::make(int parent, const Cube& cube, const OctreeKey& path) {
   };
   const Corners of_nearest = most_of(list[nearest]);
   const double farthest = *std::max_element(of_nearest.begin(), of_nearest.end());
-  std::vector<Candidate> all;
+  std::pmr::vector<Candidate> all(&memory);
+  all.reserve(static_cast<std::size_t>(count));
   for (int k = 0; k < count; ++k) {
     const double least = found[k].distance - margin(list[k]);
     if (least - cube.radius() > farthest) continue;

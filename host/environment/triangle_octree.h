@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cstddef>
 #include <memory>
+#include <memory_resource>
 #include <vector>
 
 #include "host/base/pinned_memory.h"
@@ -39,7 +40,7 @@ class TriangleOctree {
   struct Cube;
   int make(int parent, const Cube& cube, const OctreeKey& key);
   double distance(const Vector3<double>& p, int triangle) const;
-  std::vector<int> candidates_for(const Cube& cube) const;
+  std::pmr::vector<int> candidates_for(const Cube& cube, std::pmr::memory_resource& memory) const;
   int add(const OctreeNode& cell);
   void clear();
 

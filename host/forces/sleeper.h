@@ -21,6 +21,7 @@ struct Mover {
   std::vector<Keyframe> motion;
   Vector3<double> centre;  // in the mesh's frame, m
   double radius, reach;    // of the sphere; range of its contacts beyond the surface (m)
+  VertexBuffer before{}, after{};
 };
 
 inline std::vector<Mover> movers_of(const Model& model) {
@@ -57,8 +58,9 @@ inline bool same(const Pose& a, const Pose& b) {
 }
 
 /// Tells whether an object moves within its range of the box between two times (s).
-inline bool moves_near(const Mover& mover, const Bounds& box, double start, double end) {
-  if (mover.deforming) return points_at(*mover.deforming, start) != points_at(*mover.deforming, end);
+inline bool moves_near(Mover& mover, const Bounds& box, double start, double end) {
+  if (mover.deforming)
+    return points_at(*mover.deforming, start, mover.before) != points_at(*mover.deforming, end, mover.after);
   const Pose before = pose_at(mover.motion, start), after = pose_at(mover.motion, end);
   if (same(before, after)) return false;
   const Vector3<double> a = to_world(before, mover.centre), b = to_world(after, mover.centre);
@@ -113,12 +115,12 @@ class Sleeper {
   void restore_state(const std::vector<std::int64_t>& saved) { calm_ = saved[0], since_ = saved[1]; }
 
  private:
-  bool disturbed(const Particles<R>& particles, double start, double end) const {
+  bool disturbed(const Particles<R>& particles, double start, double end) {
     const double dt = end - start;  // releases count in both adjacent steps, however time is rounded
     if (std::ranges::any_of(releases_, [&](double time) { return time > start - dt && time < end + dt; })) return true;
     if (movers_.empty()) return false;
     const Bounds box = parallel_reduce<Bounds>(executor_, particles.count, MeasureBounds<R>{particles.x});
-    return std::ranges::any_of(movers_, [&](const Mover& mover) { return moves_near(mover, box, start, end); });
+    return std::ranges::any_of(movers_, [&](Mover& mover) { return moves_near(mover, box, start, end); });
   }
 
   Executor executor_;

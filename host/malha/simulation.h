@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Public interface of malha: builds a simulation from a scene (host/malha/scene.h), steps it, and returns its state.
 #pragma once
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -9,6 +10,7 @@
 
 #include "malha/error.h"
 #include "malha/measures.h"
+#include "malha/parallel_for.h"
 #include "malha/particle_handle.h"
 #include "malha/scene.h"
 #include "malha/substep_callback.h"
@@ -28,6 +30,9 @@ struct SimulationOptions {
   int threads = 0;
   /// Steps run on all threads, or on one thread while other programs on the machine make that faster.
   bool adaptive_threads = false;
+  /// Threads of the program, such as a pool of its own, instead of OpenMP's: see ParallelFor. `threads` is then the
+  /// largest number of groups that a launch is divided into, and 0 the number of cores. The bits are those of OpenMP.
+  ParallelFor parallel_for = {};
   Backend backend = Backend::OpenMP;
   /// Instruction set: "baseline", "avx2" or "avx512"; "": the widest that the CPU supports.
   std::string instructions = {};
@@ -94,6 +99,24 @@ class Simulation {
   void set_positions(const std::vector<Vec3>& x);
   void set_velocities(const std::vector<Vec3>& v);
 
+  /// Sets the force on each particle (N), in the order of positions(). It acts in every substep until others are set;
+  /// an empty list: none. A vertex that tears keeps its force on the half that keeps its number. Checkpoints and saved
+  /// states do not contain forces, and bodies on which one acts may gain any energy. May be called in the callback of
+  /// step(after), for the next substeps. Throws InputError for another number of entries, and for numbers that are not
+  /// finite or beyond 1e18.
+  void set_forces(const std::vector<Vec3>& forces);
+
+  /// Replaces the scene between two steps: masses, stiffness, compliance, moduli and all other settings may differ, and
+  /// bodies may be added and removed. A body that has the same name and number of particles as before keeps its
+  /// positions, velocities, forces and handles, so that a small change of its settings causes no jump; all others start
+  /// as in the scene. The simulated time goes on, from the next whole step if dt differs. Everything is laid out anew,
+  /// as at the start, and cached contacts are reset. Checkpoints and saved states of before belong to the other scene.
+  /// Throws InputError for a scene that cannot be simulated, for one that has torn, and for other bodies or numbers of
+  /// particles in a simulation with constraints of the caller; then nothing has changed.
+  void set_scene(const Scene& scene);
+  /// The scene, with what was set since.
+  const Scene& scene() const;
+
   /// Sets gravity (m/s^2) from the next step on. With levels, which depend on the weight, the layout is new.
   /// Checkpoints do not contain it: set it again before resuming. Throws InputError for numbers that are not finite or
   /// beyond 1e18.
@@ -126,8 +149,7 @@ class Simulation {
   /// Replaces the set that pins() returns. A released particle gets its mass back, a new pin rests where it is. Pins
   /// with keyframes or a release time are not changed. A checkpoint or saved state can only be loaded with the pins
   /// that were set when it was made. Throws InputError for an index out of range, for a particle of a rigid attachment
-  /// or of a pin with keyframes or a release time, for a body all of whose particles would be pinned, and for a scene
-  /// that has torn.
+  /// or of a pin with keyframes or a release time, and for a scene that has torn. A body may be pinned altogether.
   void set_pins(std::vector<int> particles);
 
   /// Drags a particle: from the next step on a spring of this compliance (m/N, 1e-12 to 1e12) pulls it to the point
@@ -169,6 +191,17 @@ class Simulation {
   /// the order of its mesh.
   std::vector<Vec3> positions() const;
   std::vector<Vec3> velocities() const;
+
+  /// Writes positions (m), velocities (m/s) or unit normals of all particles, in the order of positions(), into memory
+  /// of the caller: those of particle i are the three numbers from to[stride i] on. The memory has stride times the
+  /// number of particles, and stride is 3 or more. Normals are means over faces, weighted by area; (0, 0, 0) where no
+  /// face is. No call but the first one for normals allocates. Throws InputError for a smaller stride.
+  void copy_positions(float* to, std::size_t stride = 3) const;
+  void copy_positions(double* to, std::size_t stride = 3) const;
+  void copy_velocities(float* to, std::size_t stride = 3) const;
+  void copy_velocities(double* to, std::size_t stride = 3) const;
+  void copy_normals(float* to, std::size_t stride = 3) const;
+  void copy_normals(double* to, std::size_t stride = 3) const;
 
   /// Inverse masses (1/kg) in the order of positions(); 0 for particles that are pinned or held now.
   std::vector<double> inverse_masses() const;

@@ -23,7 +23,7 @@ class FiniteCheck {
   /// The lowest index of a particle without finite position after a substep, or after the first such substep of a step.
   std::optional<int> in(int substep) const { return index_of(first_.get(static_cast<std::size_t>(substep))); }
   std::optional<int> in_step() const {
-    for (const FirstIndex& first : first_.download())
+    for (const FirstIndex& first : first_.on_host(staging_))
       if (const std::optional<int> found = index_of(first)) return found;
     return std::nullopt;
   }
@@ -32,7 +32,8 @@ class FiniteCheck {
   static std::optional<int> index_of(const FirstIndex& first) {
     return first.index == FirstIndex{}.index ? std::nullopt : std::optional(first.index);
   }
-  Array<Executor, FirstIndex> first_;  // of each substep
+  Array<Executor, FirstIndex> first_;        // of each substep
+  mutable std::vector<FirstIndex> staging_;  // the same, of a device
 };
 
 }  // namespace malha

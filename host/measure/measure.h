@@ -98,11 +98,11 @@ inline std::vector<LengthRun> length_runs(const Model& model) {
   return runs;
 }
 
-/// Strains of those runs.
+/// Measures the strains of those runs.
 template <class Executor>
-StrainSample sample_strains(const Executor& executor, const Model& model, const std::vector<LengthRun>& runs,
-                            const std::vector<Vec3>& x) {
-  StrainSample sample;
+void sample_strains(const Executor& executor, const Model& model, const std::vector<LengthRun>& runs,
+                    const std::vector<Vec3>& x, StrainSample& sample) {
+  sample.largest = sample.beyond = 0, sample.particle = -1, sample.rms.clear();
   for (const LengthRun& run : runs) {
     const auto set = static_cast<std::size_t>(run.set);
     const int* ends = run.springs ? model.springs[set].ends[0].data() : model.sets[set].particles.data();
@@ -117,7 +117,6 @@ StrainSample sample_strains(const Executor& executor, const Model& model, const 
     sample.rms.push_back(std::sqrt(sum.strain2 / run.count));
     if (sum.most > sample.largest) sample.largest = sum.most, sample.particle = model.user_index[ends[2 * sum.at]];
   }
-  return sample;
 }
 
 /// Strain, elastic energy and degenerate constraints and springs at x (the solver's order).

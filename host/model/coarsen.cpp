@@ -93,7 +93,7 @@ Vector parallel_transport(const Vector& a, const Vector& from, const Vector& to)
 
 class Coarsener {
  public:
-  Coarsener(const RestGraph& fine, int threads)
+  Coarsener(const RestGraph& fine, const OpenMP& threads)
       : fine_(fine), threads_(threads), near_(fine.x.size(), [&](const auto& add) {
           for (const Link& l : fine.links) add(l.a, {l.b, l.length}), add(l.b, {l.a, l.length});
           for (const auto& [a, b] : fine.nearby) {
@@ -158,7 +158,7 @@ class Coarsener {
     std::iota(all.begin(), all.end(), 0);
     for (int pass = 0; !all.empty(); ++pass) {
       const auto find = [&](int k) { parents_[all[k]] = parents_of(all[k]); };
-      parallel_tasks(OpenMP{threads_}, static_cast<int>(all.size()), find, kParticleGrain);
+      parallel_tasks(threads_, static_cast<int>(all.size()), find, kParticleGrain);
       all = pass < kPasses ? choose_outside(all) : std::vector<int>();
     }
     std::vector<int> number(n, -1);
@@ -329,7 +329,7 @@ class Coarsener {
 
   void find_main_parents() {
     main_.resize(fine_.count());
-    parallel_for(OpenMP{threads_}, fine_.count(), [&](int i) {
+    parallel_for(threads_, fine_.count(), [&](int i) {
       const int k = main_parent(i);
       main_[i] = {k, offset_to_centre(k, i), fine_.folded[i] || coarse_.graph.folded[k]};
     });
@@ -362,7 +362,7 @@ class Coarsener {
     };
     const auto needs_link = [&](int a, int b) { return a != b && !(graph.pinned[a] && graph.pinned[b]); };
     std::vector<double> length(fine_.links.size(), 0);
-    parallel_for(OpenMP{threads_}, static_cast<int>(length.size()), [&](int k) {
+    parallel_for(threads_, static_cast<int>(length.size()), [&](int k) {
       const Link& l = fine_.links[k];
       if (needs_link(main_[l.a].of, main_[l.b].of)) length[k] = coarse_length(l);
     });
@@ -386,7 +386,7 @@ class Coarsener {
   static constexpr double kReproduced = 1e-4, kOutside = 0.1;  // bounds of reproduction_error()
   static constexpr int kPasses = 3;
   const RestGraph& fine_;
-  const int threads_;
+  const OpenMP threads_;
   CompressedLists<Neighbour> near_;  // of each particle
   std::vector<State> state_;
   std::vector<int> chosen_of_;  // coarse particle that was made from each finer one, -1: none
@@ -403,6 +403,6 @@ class Coarsener {
 
 }  // namespace
 
-Coarsening coarsen(const RestGraph& fine, int threads) { return Coarsener(fine, threads).coarsen(); }
+Coarsening coarsen(const RestGraph& fine, const OpenMP& threads) { return Coarsener(fine, threads).coarsen(); }
 
 }  // namespace malha

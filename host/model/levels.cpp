@@ -121,7 +121,7 @@ double strain_along(const RestGraph& graph, const Link& l) {
 
 /// Builds the model of a level from a coarse graph. `order` gets the particle of the graph for each particle of the
 /// model.
-Model build_level_model(const Model& finest, const RestGraph& graph, std::vector<int>& order, int threads) {
+Model build_level_model(const Model& finest, const RestGraph& graph, std::vector<int>& order, const OpenMP& threads) {
   const int n = graph.count();
   int count = 0;
   const std::vector<Edge> all = edges_of(graph.links, graph.nearby);
@@ -183,7 +183,7 @@ bool should_use_levels(const GraphComponent& part, const SolverSpec& solver) {
          (!part.elastic || by_weight);
 }
 
-std::vector<Level> make_levels(const Model& model, const std::vector<double>& w, int threads) {
+std::vector<Level> make_levels(const Model& model, const std::vector<double>& w, const OpenMP& threads) {
   std::vector<Level> levels;
   if (model.scene.solver.levels == 0) return levels;
   CoarseningGraph full = coarsening_graph(model, w);

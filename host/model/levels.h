@@ -21,7 +21,7 @@ struct Level {
 
 /// Builds the levels, the finest first; empty if no body benefits. `w` are the present inverse masses (1/kg), 0 for
 /// pinned particles.
-std::vector<Level> make_levels(const Model& model, const std::vector<double>& w, int threads = 1);
+std::vector<Level> make_levels(const Model& model, const std::vector<double>& w, const OpenMP& threads = 1);
 
 /// Substeps from one use of the levels to the next: the setting of the scene, otherwise 2, or 1 with wind or moving
 /// pins. Levels in every second substep correct the errors of two at once. That is right for a constant weight, but

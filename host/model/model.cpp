@@ -105,7 +105,7 @@ void check_outputs(const Scene& scene) {
 
 class Builder {
  public:
-  Builder(const Scene& scene, int threads, const PatchBounds& bounds, const TearState* torn = nullptr)
+  Builder(const Scene& scene, const OpenMP& threads, const PatchBounds& bounds, const TearState* torn = nullptr)
       : threads_(threads), bounds_(bounds), torn_(torn) {
     model_.scene = scene;
   }
@@ -308,7 +308,7 @@ class Builder {
     model_.patches = std::move(cut.patches);
   }
 
-  int threads_;
+  OpenMP threads_;
   PatchBounds bounds_;
   const TearState* torn_;
   Model model_;
@@ -321,12 +321,12 @@ class Builder {
 
 }  // namespace
 
-Model build_model(const Scene& scene, int threads, const PatchBounds& bounds) {
+Model build_model(const Scene& scene, const OpenMP& threads, const PatchBounds& bounds) {
   require_memory(scene);
   return Builder(scene, threads, bounds).build();
 }
 
-Model build_torn_model(const Scene& scene, const TearState& torn, int threads, const PatchBounds& bounds) {
+Model build_torn_model(const Scene& scene, const TearState& torn, const OpenMP& threads, const PatchBounds& bounds) {
   return Builder(scene, threads, bounds, &torn).build();
 }
 
@@ -370,6 +370,12 @@ std::size_t shape_count(const Model& model) {
 
 bool names_edges(const Scene& scene) {
   return std::ranges::any_of(scene.environment, [](const EnvironmentSpec& object) { return object.edges; });
+}
+
+bool guards_run_in_turns(const Model& model) {
+  const std::size_t all = model.environment.size(), meshes = mesh_count(model), shapes = shape_count(model);
+  const int kinds = int(meshes > 0) + int(shapes > 0) + int(all > meshes + shapes);
+  return model.scene.self_collision || names_edges(model.scene) || kinds > 1;
 }
 
 }  // namespace malha

@@ -12,6 +12,7 @@
 #include "host/model/exact_shape.h"
 #include "host/model/ordering/patches.h"
 #include "host/model/pins.h"
+#include "kernels/parallel/compute.h"
 #include "kernels/projection/constraint_kind.h"
 #include "kernels/projection/rest.h"
 #include "malha/scene.h"
@@ -181,7 +182,7 @@ inline RestShape rest_shape(const RenderMesh& render_mesh, std::size_t body, con
 
 /// Builds the model of a scene: reads or generates its meshes, checks them, and lays the model out. The result is the
 /// same for any number of threads. Throws InputError.
-Model build_model(const Scene& scene, int threads = 1, const PatchBounds& bounds = {});
+Model build_model(const Scene& scene, const OpenMP& threads = 1, const PatchBounds& bounds = {});
 
 /// The number of the user's particle in its body, in the numbering of its file.
 int number_in_body(const Model& model, int user_index);
@@ -206,5 +207,7 @@ std::size_t shape_count(const Model& model);
 
 /// True if an object of the environment has "edges".
 bool names_edges(const Scene& scene);
+/// Tells whether the final guards of bodies, edges and kinds of environment objects move particles in turns.
+bool guards_run_in_turns(const Model& model);
 
 }  // namespace malha

@@ -3,6 +3,7 @@
 #pragma once
 #include <vector>
 
+#include "kernels/parallel/compute.h"
 #include "kernels/simd/vec.h"
 #include "malha/mesh.h"
 
@@ -66,6 +67,6 @@ struct Coarsening {
 
 /// Coarsens a graph. Pinned coarse particles are made from pinned ones and keep their positions. The result is the same
 /// for any number of threads.
-Coarsening coarsen(const RestGraph& fine, int threads = 1);
+Coarsening coarsen(const RestGraph& fine, const OpenMP& threads = 1);
 
 }  // namespace malha

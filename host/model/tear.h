@@ -47,7 +47,8 @@ struct TearState {
 
 /// Builds the model after the splits. Rest lengths are those of the intact mesh, and masses are shared as in it, so
 /// that the two parts of a vertex together have its mass.
-Model build_torn_model(const Scene& scene, const TearState& torn, int threads = 1, const PatchBounds& bounds = {});
+Model build_torn_model(const Scene& scene, const TearState& torn, const OpenMP& threads = 1,
+                       const PatchBounds& bounds = {});
 
 /// The mesh of a body at the start, in the body's numbering.
 Mesh body_mesh(const RenderMesh& render_mesh, std::size_t body);

@@ -18,7 +18,7 @@ namespace {
 
 class Planner {
  public:
-  Planner(const Model& model, int threads)
+  Planner(const Model& model, const OpenMP& threads)
       : model_(model), threads_(threads), patch_of_(patch_of_particles(model.patches)) {
     std::vector<int> foreign(model.patches.count(), 0);
     for (const ConstraintSet& set : model.sets)
@@ -43,7 +43,7 @@ class Planner {
  private:
   template <class Work>
   void launch(int count, const Work& work) const {
-    parallel_tasks(OpenMP{threads_}, count, work);
+    parallel_tasks(threads_, count, work);
   }
 
   /// Particles of other patches that constraints of this one have, ascending.
@@ -162,7 +162,7 @@ class Planner {
   }
 
   const Model& model_;
-  int threads_;
+  OpenMP threads_;
   std::vector<int> patch_of_, colour_;
   std::vector<ByOwner> owned_;                // of each set
   std::vector<std::vector<int>> neighbours_;  // of each patch
@@ -194,6 +194,6 @@ std::size_t PatchPlan::bytes() const {
   return patches.size() * sizeof(Patch) + segments.size() * sizeof(Segment) + batches.size() * sizeof(Batch);
 }
 
-PatchPlan plan_patches(const Model& model, int threads) { return Planner(model, threads).plan(); }
+PatchPlan plan_patches(const Model& model, const OpenMP& threads) { return Planner(model, threads).plan(); }
 
 }  // namespace malha

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "host/model/model.h"
+#include "kernels/parallel/compute.h"
 #include "kernels/projection/patch.h"
 
 namespace malha {
@@ -45,6 +46,6 @@ struct ColourSweep {
 std::vector<ColourSweep> sweep_order(int colours);
 
 /// The plan depends on the model alone, not on `threads`.
-PatchPlan plan_patches(const Model& model, int threads = 1);
+PatchPlan plan_patches(const Model& model, const OpenMP& threads = 1);
 
 }  // namespace malha

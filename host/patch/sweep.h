@@ -24,7 +24,7 @@ class Sweep {
  public:
   Sweep(const Executor& executor, const Model& model, int threads) : executor_(executor) {
     PatchPlan plan;
-    facts_.plan_seconds = seconds([&] { plan = plan_patches(model, threads); });
+    facts_.plan_seconds = seconds([&] { plan = plan_patches(model, on_host(executor)); });
     patches_ = Array<Executor, Patch>(plan.patches);
     segments_ = Array<Executor, Segment>(plan.segments);
     colour_begin_ = plan.colour_begin;
@@ -105,8 +105,7 @@ class Sweep {
     return found;
   }
   bool has_non_finite() const {
-    const std::vector<int> non_finite = non_finite_.download();
-    return std::any_of(non_finite.begin(), non_finite.end(), [](int substep) { return substep > 0; });
+    return std::ranges::any_of(non_finite_.on_host(staging_), [](int substep) { return substep > 0; });
   }
 
   void clear_non_finite() { non_finite_.upload(std::vector<int>(non_finite_.size(), 0)); }
@@ -236,6 +235,7 @@ class Sweep {
   Array<Executor, SetView<R>> views_;
   std::vector<Set> sets_;
   Array<Executor, int> non_finite_, too_fast_;
+  mutable std::vector<int> staging_;  // non_finite_ of a device
   Array<Executor, char> memory_;
   std::size_t memory_bytes_ = 0;
   std::vector<int> colour_begin_;

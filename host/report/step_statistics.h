@@ -15,6 +15,7 @@ class StepStatistics {
   void add(double seconds) {
     least_ = count_ == 0 ? seconds : std::min(least_, seconds), most_ = std::max(most_, seconds);
     sum_ += seconds, last_ = seconds;
+    if (count_ == 0) sample_.reserve(kMost);  // no later step allocates
     if (count_++ % every_ != 0) return;
     if (sample_.size() == kMost) thin();
     sample_.push_back(seconds);

@@ -5,10 +5,12 @@
 #include <cmath>
 #include <cstring>
 #include <optional>
+#include <thread>
 
 #include "host/attachments/object_motion.h"
 #include "host/attachments/pose.h"
 #include "host/base/adaptive_thread_count.h"
+#include "host/base/caller_threads.h"
 #include "host/base/hash.h"
 #include "host/base/spelling_suggestion.h"
 #include "host/base/start_threads.h"
@@ -39,6 +41,10 @@ void require_numbers(const char* what, const std::vector<Vec3>& rows, std::size_
       if (!(std::abs(number) <= 1e18)) refuse(what, "row " + std::to_string(i), shown(number), "numbers up to 1e18");
 }
 
+void require_stride(std::size_t stride) {
+  if (stride < 3) refuse("copy", "stride", std::to_string(stride), "3 numbers a particle, or more");
+}
+
 /// Returns the number in `now` of a particle of `then`, which tore into it: new particles come last in their bodies. A
 /// number that is none of its particles stays.
 int after_tears(int particle, const RenderMesh& then, const RenderMesh& now) {
@@ -63,6 +69,7 @@ struct Simulation::Parts {
     Model model;  // referenced by the solver
     std::vector<Split> splits;
     std::unique_ptr<Solver> solver;
+    std::vector<Vec3> forces = {};  // on particles, N, by the user's number; empty: none
 
     /// Sets the state. Pins get velocity 0, or that of their keyframes, which every step sets again, because substeps
     /// of separate passes would move them with any other velocity.
@@ -84,6 +91,7 @@ struct Simulation::Parts {
 
   std::unique_ptr<Layout> layout;
   SimulationOptions options;
+  std::optional<CallerThreads> caller;  // of options.parallel_for
   RunTimes times;
   int threads = 1;
   std::optional<AdaptiveThreadCount> choice;      // none: always all threads
@@ -91,7 +99,9 @@ struct Simulation::Parts {
   std::optional<std::vector<int>> pins_at_start;  // set once pins were changed, because layouts depend on them
   RenderMesh untorn;                              // the mesh before the first tear, of a scene that tears
   bool tears_due = false;                         // the last step overstretched edges, which have not torn yet
+  std::vector<Vec3> normals, places;              // of copy_normals()
 
+  OpenMP host() const { return {threads, widest_instructions(), caller ? &*caller : nullptr}; }
   Model& model() const { return layout->model; }
   Solver& solver() const { return *layout->solver; }
   const std::vector<Split>& splits() const { return layout->splits; }
@@ -157,7 +167,7 @@ struct Simulation::Parts {
   /// Reads the meshes of a scene, and lays them out as they start.
   Model read_model(const Scene& of) const {
     show("reading meshes, listing and ordering constraints");
-    Model made = build_model(of, threads, machine_named(options.machine).patch_bounds(of.solver.precision));
+    Model made = build_model(of, host(), machine_named(options.machine).patch_bounds(of.solver.precision));
     note_solid_crossings(made);
     start_outside(made), note_starts_behind(made);
     refuse_edge_crossings(made);
@@ -167,7 +177,7 @@ struct Simulation::Parts {
   /// Lays out the meshes before the first tear after these splits.
   Model torn_model(const Scene& of, const std::vector<Split>& all) const {
     const Model& now = model();
-    return build_torn_model(of, {&untorn, &all, &now.environment, now.zero_area_faces, &now.notes}, threads,
+    return build_torn_model(of, {&untorn, &all, &now.environment, now.zero_area_faces, &now.notes}, host(),
                             now.patches.bounds);
   }
   void show(const char* what) const {
@@ -175,15 +185,23 @@ struct Simulation::Parts {
   }
 
   std::unique_ptr<Layout> make_layout(Model model, std::vector<Split> splits) const {
-    auto made = std::make_unique<Layout>(Layout{std::move(model), std::move(splits), nullptr});
+    auto made = std::make_unique<Layout>(Layout{std::move(model), std::move(splits), nullptr, {}});
     made->model.interactive = options.interactive || !options.constraints.empty();  // which act outside patch solves
     made->solver = options.backend == Backend::Cuda
                        ? make_solver_on_cuda(made->model, threads, options.progress, options.timed_passes)
-                       : make_solver(made->model, threads, options.instructions, options.progress);
+                       : make_solver(made->model, host(), options.instructions, options.progress);
     std::vector<UserConstraint> all = options.constraints;
     for (UserConstraint& one : all)
       for (int& particle : one.particles) particle = after_tears(particle, untorn, made->model.render_mesh);
     if (!all.empty()) made->solver->add_user_constraints(all);
+    if (layout && !layout->forces.empty()) {
+      made->forces.assign(made->model.x.size(), Vec3{0, 0, 0});
+      const auto copy = [&](int to, int from, int count) {
+        std::copy_n(layout->forces.begin() + from, count, made->forces.begin() + to);
+      };
+      for_common_bodies(made->model, layout->model, copy, made->splits.size() != layout->splits.size());
+      made->solver->set_forces(made->forces);
+    }
     release_setup_memory(made->model);
     return made;
   }
@@ -192,6 +210,60 @@ struct Simulation::Parts {
     layout = std::move(next);
     times.splits = static_cast<int>(splits().size());
     times.strains.every = solver().steps_to_sample();
+    times.strains.runs.reserve(solver().lengths().size());
+  }
+
+  /// Calls work(first now, first then, count) for the particles of each body that both models have, by the user's
+  /// numbers: those of the same name and number of particles, and, if `torn`, of bodies that tore.
+  template <class Work>
+  static void for_common_bodies(const Model& now, const Model& then, const Work& work, bool torn = false) {
+    const RenderMesh &a = now.render_mesh, &b = then.render_mesh;
+    for (std::size_t i = 0; i < now.scene.bodies.size(); ++i)
+      for (std::size_t k = 0; k < then.scene.bodies.size(); ++k) {
+        const int count = a.body_begin[i + 1] - a.body_begin[i], before = b.body_begin[k + 1] - b.body_begin[k];
+        if (now.scene.bodies[i].name != then.scene.bodies[k].name) continue;
+        if (count == before || torn) work(a.body_begin[i], b.body_begin[k], std::min(count, before));
+      }
+  }
+  /// Gives the bodies of a layout that another one has too the state that they have there.
+  static void take_over_state(const Layout& to, const Layout& from) {
+    std::vector<Vec3> x = to.solver->positions(), v = to.solver->velocities();
+    const std::vector<Vec3> x_then = from.solver->positions(), v_then = from.solver->velocities();
+    for_common_bodies(to.model, from.model, [&](int first, int then, int count) {
+      std::copy_n(x_then.begin() + then, count, x.begin() + first);
+      std::copy_n(v_then.begin() + then, count, v.begin() + first);
+    });
+    to.set_state(static_cast<std::int64_t>(std::ceil(from.solver->time() / to.model.scene.solver.dt - 1e-6)), x, v);
+  }
+  /// Takes the particles of a layout that the user has taken in another one.
+  static void take_over_handles(const Layout& to, const Layout& from) {
+    const std::vector<int> pins = static_pins(to.model);
+    for (const ParticleHandle& one : from.solver->taken())
+      for_common_bodies(to.model, from.model, [&](int first, int then, int count) {
+        if (one.particle < then || one.particle >= then + count) return;
+        ParticleHandle moved = one;
+        moved.particle += first - then;
+        if (!std::ranges::binary_search(pins, moved.particle)) to.solver->take(moved);
+      });
+  }
+  /// Copies the normals of all particles, in single or double precision.
+  template <class Number>
+  void copy_normals(Number* to, std::size_t stride) {
+    const RenderMesh& mesh = model().render_mesh;
+    normals.assign(model().x.size(), Vec3{0, 0, 0}), places.resize(normals.size());
+    solver().copy_positions(places.data()->data(), 3);
+    for (const Quad& face : mesh.faces)
+      for (int k = 1; k + 1 < (face[3] < 0 ? 3 : 4); ++k) {
+        const Vec3& a = places[face[0]];
+        const Vec3 normal = cross(minus(places[face[k]], a), minus(places[face[k + 1]], a));
+        for (const int corner : {face[0], face[k], face[k + 1]})
+          for (int axis = 0; axis < 3; ++axis) normals[corner][axis] += normal[axis];
+      }
+    for (std::size_t i = 0; i < normals.size(); ++i) {
+      const double length = norm(normals[i]);
+      for (int axis = 0; axis < 3; ++axis)
+        to[i * stride + axis] = static_cast<Number>(length > 0 ? normals[i][axis] / length : 0);
+    }
   }
 
   /// Carries out an edit: what can throw comes before the swap, and changes nothing here.
@@ -302,9 +374,22 @@ Simulation::Simulation(const Scene& scene, const SimulationOptions& options) : p
   const bool serial = options.backend == Backend::Serial, on_device = options.backend == Backend::Cuda;
   if (on_device) require_cuda();
   parts_->options = options;
-  parts_->threads = serial ? 1 : options.threads > 0 ? options.threads : available_threads();
-  require_threads(parts_->threads);
-  if ((options.threads <= 0 || options.adaptive_threads) && !on_device) parts_->choice.emplace(parts_->threads);
+  if (options.parallel_for) {
+    if (options.adaptive_threads || options.backend != Backend::OpenMP)
+      refuse("simulation", "parallel_for",
+             options.adaptive_threads ? "adaptive_threads beside it" : "another backend than OpenMP beside it",
+             "threads of the program, or one of these");
+    parts_->caller = caller_threads(parts_->options.parallel_for);
+    const int cores = static_cast<int>(std::thread::hardware_concurrency());
+    parts_->threads = options.threads > 0 ? options.threads : std::max(1, cores);
+  } else {
+    if (!kHasOpenMP && options.threads > 1)
+      refuse("simulation", "threads", std::to_string(options.threads) + " in a build without OpenMP",
+             "1, or parallel_for with threads of the program");
+    parts_->threads = serial ? 1 : options.threads > 0 ? options.threads : available_threads();
+    require_threads(parts_->threads);
+    if ((options.threads <= 0 || options.adaptive_threads) && !on_device) parts_->choice.emplace(parts_->threads);
+  }
   Model model;
   parts_->times.model_seconds = seconds([&] { model = parts_->read_model(scene); });
   parts_->times.solver_seconds = seconds([&] { parts_->swap_in(parts_->make_layout(std::move(model), {})); });
@@ -356,6 +441,36 @@ void Simulation::set_velocities(const std::vector<Vec3>& v) {
     refuse("velocities", "", "positions that are not finite", "to set positions first");
   parts_->set_state(x, v);
 }
+
+void Simulation::set_forces(const std::vector<Vec3>& forces) {
+  if (!forces.empty()) require_numbers("forces", forces, parts_->model().x.size(), "one a particle");
+  parts_->layout->forces = forces;
+  parts_->solver().set_forces(forces);
+}
+
+void Simulation::set_scene(const Scene& scene) {
+  if (!parts_->splits().empty())
+    refuse("set_scene", "", "a scene that has torn", "to set it before a vertex is torn or cut in two");
+  const Parts::Layout& before = *parts_->layout;
+  Model next = parts_->read_model(scene);
+  if (!parts_->options.constraints.empty() && next.render_mesh.body_begin != before.model.render_mesh.body_begin)
+    refuse("set_scene", "", "other bodies, or other numbers of particles",
+           "the same ones, to which the constraints of the caller refer");
+  for (EnvironmentMesh& object : next.environment)
+    for (const EnvironmentMesh& then : before.model.environment)
+      if (object.spec.name == then.spec.name && object.mesh.points.size() == then.mesh.points.size())
+        object.set = then.set;
+  parts_->rebuild({std::move(next), {}, [&before](const Parts::Layout& to) {
+                     Parts::take_over_state(to, before);
+                     Parts::take_over_handles(to, before);
+                   }});
+  const Model& now = parts_->model();
+  parts_->scene.reset(), parts_->pins_at_start.reset();
+  parts_->times.strains = {}, parts_->times.strains.every = parts_->solver().steps_to_sample();
+  parts_->times.strains.runs.reserve(parts_->solver().lengths().size());
+  parts_->untorn = can_tear(now.scene) ? now.render_mesh : RenderMesh{};
+}
+const Scene& Simulation::scene() const { return parts_->model().scene; }
 
 void Simulation::set_gravity(const Vec3& gravity) {
   require_numbers("gravity", {gravity}, 1, "one");
@@ -471,6 +586,24 @@ int Simulation::threads() const { return parts_->threads; }
 int Simulation::tears() const { return parts_->times.splits; }
 std::vector<Vec3> Simulation::positions() const { return parts_->solver().positions(); }
 std::vector<Vec3> Simulation::velocities() const { return parts_->solver().velocities(); }
+void Simulation::copy_positions(float* to, std::size_t stride) const {
+  require_stride(stride), parts_->solver().copy_positions(to, stride);
+}
+void Simulation::copy_positions(double* to, std::size_t stride) const {
+  require_stride(stride), parts_->solver().copy_positions(to, stride);
+}
+void Simulation::copy_velocities(float* to, std::size_t stride) const {
+  require_stride(stride), parts_->solver().copy_velocities(to, stride);
+}
+void Simulation::copy_velocities(double* to, std::size_t stride) const {
+  require_stride(stride), parts_->solver().copy_velocities(to, stride);
+}
+void Simulation::copy_normals(float* to, std::size_t stride) const {
+  require_stride(stride), parts_->copy_normals(to, stride);
+}
+void Simulation::copy_normals(double* to, std::size_t stride) const {
+  require_stride(stride), parts_->copy_normals(to, stride);
+}
 std::vector<double> Simulation::inverse_masses() const { return parts_->solver().inverse_masses(); }
 std::vector<double> Simulation::constraint_values(std::size_t index) const {
   return parts_->solver().values_of_user_constraint(index);
@@ -512,20 +645,7 @@ std::int64_t Simulation::load_checkpoint(const std::string& path) {
 }
 
 void Simulation::transfer_state_from(const Simulation& before) {
-  const auto set_state = [&](const Parts::Layout& to) {
-    const RenderMesh &now = to.model.render_mesh, &then = before.model().render_mesh;
-    std::vector<Vec3> x = to.solver->positions(), v = to.solver->velocities();
-    const std::vector<Vec3> x_then = before.positions(), v_then = before.velocities();
-    for (std::size_t b = 0; b < to.model.scene.bodies.size(); ++b)
-      for (std::size_t a = 0; a < before.model().scene.bodies.size(); ++a) {
-        const int first = now.body_begin[b], from = then.body_begin[a], count = then.body_begin[a + 1] - from;
-        const bool same = to.model.scene.bodies[b].name == before.model().scene.bodies[a].name;
-        if (!same || now.body_begin[b + 1] - first != count) continue;
-        std::copy_n(x_then.begin() + from, count, x.begin() + first);
-        std::copy_n(v_then.begin() + from, count, v.begin() + first);
-      }
-    to.set_state(static_cast<std::int64_t>(std::ceil(before.time() / to.model.scene.solver.dt - 1e-6)), x, v);
-  };
+  const auto set_state = [&](const Parts::Layout& to) { Parts::take_over_state(to, *before.parts_->layout); };
   const std::vector<Split>& splits = before.parts_->splits();
   if (splits.empty() || !can_tear(model().scene)) return set_state(*parts_->layout);
   parts_->rebuild({parts_->torn_model(model().scene, splits), splits, set_state});

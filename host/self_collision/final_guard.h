@@ -22,10 +22,10 @@ void apply_final_guards(Self& self, Edges& edges, Colliders& collider, Kinematic
     return collider && (collider->contacts() > 0 || (edges && edges->contacts() > 0));
   };
   const auto owners = [&] {
-    std::vector<Pose> motion;
-    if (edges) edges->append_motion(motion);
-    if (collider) collider->append_motion(motion);
-    return kinematic->owners(motion);
+    return kinematic->owners([&](std::vector<Pose>& motion) {
+      if (edges) edges->append_motion(motion);
+      if (collider) collider->append_motion(motion);
+    });
   };
   const auto marks_from = [&](KinematicOwner first) {
     return kinematic ? kinematic->marks_from(first) : KinematicMarks<R>{};

@@ -4,9 +4,10 @@
 #pragma once
 #include <algorithm>
 #include <limits>
+#include <span>
 #include <vector>
 
-#include "host/base/scratch_buffer.h"
+#include "host/base/array.h"
 #include "host/model/ordering/particle_runs.h"
 #include "host/model/self_surface.h"
 #include "host/self_collision/rigid_momentum_fit.h"
@@ -21,11 +22,14 @@ class JamCorrector {
     std::vector<int> body = surface.sewn_body;  // of particles that take part
     for (int i = 0; i < count_; ++i)
       bodies_ = std::max(bodies_, body[i] + 1), body[i] = surface.takes_part[i] ? body[i] : -1;
+    saved_motion_ = Array<Executor, Vec4<R>>(surface.body.size(), Vec4<R>{});
     const std::vector<ParticleRun> runs = particle_runs(body);
     runs_ = Array<Executor, ParticleRun>(runs);
     sums_ = Array<Executor, TruncationSums>(runs.size(), TruncationSums{});
     motions_ = Array<Executor, TruncatedMotion>(runs.size(), TruncatedMotion{});
     chosen_ = Array<Executor, int>(runs.size(), 0);
+    for (const ParticleRun& run : runs) group_.push_back(run.group);
+    changed_.reserve(static_cast<std::size_t>(bodies_)), choice_.reserve(runs.size());
   }
 
   void start_substep() { mode_ = Mode::None; }
@@ -34,7 +38,7 @@ class JamCorrector {
   /// to be restored.
   void save_motion(const Particles<R>& particles, const Trajectories<R>& motions, bool driven) {
     if (mode_ == Mode::None) {
-      parallel_for(executor_, count_, SaveMotion<R>{particles.v, motions, saved_motion_.at_least(count_)}, kGrain);
+      parallel_for(executor_, count_, SaveMotion<R>{particles.v, motions, saved_motion_.data()}, kGrain);
       mode_ = Mode::RestoreMomenta;
     }
     if (driven) mode_ = Mode::LimitSpeed;
@@ -46,7 +50,7 @@ class JamCorrector {
   Vector3<double> motion_of_truncated(const Trajectories<R>& motions, const MotionState* states, double max_rounding) {
     parallel_for(executor_, runs(), SumTruncatedMotion<R>{motions, states, runs_.data(), motions_.data()}, 1);
     TruncatedMotion all;
-    for (const TruncatedMotion& one : motions_.download())
+    for (const TruncatedMotion& one : motions_.on_host(staged_motions_))
       all.mean += one.mean, all.farthest = std::max(all.farthest, one.farthest);
     const bool fine = all.farthest * std::numeric_limits<R>::epsilon() < max_rounding;
     return fine ? all.mean.value() : Vector3<double>{0, 0, 0};
@@ -67,18 +71,17 @@ class JamCorrector {
     if (mode_ == Mode::None) return;
     parallel_for(executor_, runs(),
                  SumTruncation<R>{particles, motions, saved_motion_.data(), 1 / h, runs_.data(), sums_.data()}, 1);
-    const std::vector<ParticleRun> runs = runs_.download();
-    const std::vector<TruncationSums> sums = sums_.download();
-    std::vector<int> changed(bodies_), chosen;
-    for (std::size_t r = 0; r < runs.size(); ++r) changed[runs[r].group] |= sums[r].changed;
+    const std::span<const TruncationSums> sums = sums_.on_host(staged_sums_);
+    changed_.assign(static_cast<std::size_t>(bodies_), 0), choice_.clear();
+    for (std::size_t r = 0; r < sums.size(); ++r) changed_[group_[r]] |= sums[r].changed;
     TruncationSums all;
     double pins = 0;
-    for (std::size_t r = 0; r < runs.size(); ++r) {
-      chosen.push_back(changed[runs[r].group]);
-      if (chosen.back()) all += sums[r];
+    for (std::size_t r = 0; r < sums.size(); ++r) {
+      choice_.push_back(changed_[group_[r]]);
+      if (choice_.back()) all += sums[r];
       pins = std::max(pins, sums[r].pins);
     }
-    chosen_.upload(chosen);
+    chosen_.upload(choice_);
     if (mode_ == Mode::RestoreMomenta) {
       const AddRigidCorrection<R> add{particles, motions, runs_.data(), chosen_.data(), fit_rigid_momentum(all)};
       parallel_for(executor_, this->runs(), add, 1);
@@ -101,12 +104,16 @@ class JamCorrector {
 
   Executor executor_;
   int count_, bodies_ = 0;
-  Mode mode_ = Mode::None;                         // in this substep
-  ScratchBuffer<Executor, Vec4<R>> saved_motion_;  // see SaveMotion
-  Array<Executor, ParticleRun> runs_;              // of particles that take part, body by body
-  Array<Executor, TruncationSums> sums_;           // this and the following: of each run
+  Mode mode_ = Mode::None;                 // in this substep
+  Array<Executor, Vec4<R>> saved_motion_;  // see SaveMotion
+  Array<Executor, ParticleRun> runs_;      // of particles that take part, body by body
+  Array<Executor, TruncationSums> sums_;   // this and the following: of each run
   Array<Executor, TruncatedMotion> motions_;
   Array<Executor, int> chosen_;
+  // Working memory of the host: the body of each run, whether each body is changed, chosen_, and sums of a device.
+  std::vector<int> group_, changed_, choice_;
+  std::vector<TruncationSums> staged_sums_;
+  std::vector<TruncatedMotion> staged_motions_;
 };
 
 }  // namespace malha

@@ -42,9 +42,15 @@ class KinematicParticles {
     particles.w = w_.data();
     return particles;
   }
-  /// Owners of the particles, and the motion of each owner in the substep (world to world).
-  KinematicOwners owners(const std::vector<Pose>& motion) {
-    motion_ = Array<Executor, Pose>(motion);
+  /// Owners of the particles, and the motion of each owner in the substep (world to world), which append(motions)
+  /// lists.
+  template <class Append>
+  KinematicOwners owners(const Append& append) {
+    motion_of_owners_.clear(), append(motion_of_owners_);
+    if (motion_.size() == motion_of_owners_.size())
+      motion_.upload(motion_of_owners_);
+    else
+      motion_ = Array<Executor, Pose>(motion_of_owners_);
     return {owner_.data(), motion_.data()};
   }
 
@@ -62,7 +68,8 @@ class KinematicParticles {
   Array<Executor, R> w_;                   // 1/kg; 0 for marked particles
   Array<Executor, KinematicOwner> owner_;  // of each particle
   Array<Executor, Pose> motion_;
-  PointArray<Executor, R> start_;  // displacements before any particle is marked
+  std::vector<Pose> motion_of_owners_;  // the same, before it is uploaded
+  PointArray<Executor, R> start_;       // displacements before any particle is marked
 };
 
 }  // namespace malha

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "host/base/point_array.h"
-#include "host/base/scratch_buffer.h"
 #include "host/self_collision/self_contacts.h"
 #include "host/self_collision/self_memory.h"
 #include "kernels/environment/edge_truncate.h"
@@ -28,7 +27,8 @@ class ParticleTrajectories {
         thickness_(R(thickness)),
         max_rounding_(max_rounding),
         x0_(x.size() + 1),  // a row of padding
-        moved_(x.size() + 1) {
+        moved_(x.size() + 1),
+        nearest_(x.size() + 1, R(0)) {
     if (!x.empty()) move_origin_to({x[leader][0], x[leader][1], x[leader][2]});
     start_from(particles);
   }
@@ -73,12 +73,11 @@ class ParticleTrajectories {
   /// Grows contact distances to those of the nearest pairs, as long as any is below the thickness.
   void grow_contact_distances(const SelfContacts<Executor, R>& contacts) {
     if (!distances_grow_) return;
-    R* const nearest = nearest_.at_least(count_ + 1);
+    R* const nearest = nearest_.data();
     Memory<Executor>::fill(nearest, count_ + 1, R(INFINITY));
     contacts.in_colours(FindNearestPairs<R>{view(), contacts.pairs(), nearest});
     const GrowContactDistances<R> grow{x0_.points().of, thickness_, nearest};
     distances_grow_ = parallel_reduce<Sum>(executor_, count_, grow, kGrain).value > 0;
-    if (!distances_grow_) nearest_ = {};
   }
 
   /// The state that later substeps depend on, for checkpoints.
@@ -124,7 +123,7 @@ class ParticleTrajectories {
   ScatteredArray<Executor, R> x0_, moved_;  // m; w: contact distance, inverse mass
   Vector3<double> origin_{0, 0, 0};         // m, of x0
   bool distances_grow_ = true;              // whether contact distances may be below the thickness
-  ScratchBuffer<Executor, R> nearest_;
+  Array<Executor, R> nearest_;              // see FindNearestPairs
 };
 
 }  // namespace malha

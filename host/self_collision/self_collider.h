@@ -195,9 +195,9 @@ class SelfCollider {
   SelfContacts<Executor, R> contacts_;
   JamCorrector<Executor, R> jam_;
   Budget budget_;
-  bool kinematic_penetration_ = false;           // whether a kinematic particle went through a body in this substep
-  ScratchBuffer<Executor, MotionState> states_;  // Unchanged, except during a guard
-  ScratchBuffer<Executor, R> fraction_;          // see MarkViolating
+  bool kinematic_penetration_ = false;   // whether a kinematic particle went through a body in this substep
+  Array<Executor, MotionState> states_;  // Unchanged, except during a guard
+  Array<Executor, R> fraction_;          // see MarkViolating
 };
 
 template <class Executor, class R>
@@ -213,7 +213,11 @@ SelfCollider<Executor, R>::SelfCollider(const Executor& executor, const Model& m
               at_rest_in_bodies(model)),
       contacts_(executor, count_, search_.clusters(), thickness(model), model.scene.self_collision->friction,
                 model.scene.solver.dt / substeps_),
-      jam_(executor, surface_) {}
+      jam_(executor, surface_) {
+  const auto rows = static_cast<std::size_t>(count_) + 1;  // a row of padding
+  states_ = Array<Executor, MotionState>(rows, MotionState::Unchanged);
+  fraction_ = Array<Executor, R>(rows, R(0));
+}
 
 /// The steps are bounds, broad phase, narrow phase, projection, pushes by kinematic particles, truncation, and motion
 /// with kinematic particles, each only if what precedes it leaves pairs that would intersect.
@@ -244,7 +248,7 @@ bool SelfCollider<Executor, R>::resolve_intersections(const Particles<R>& partic
   budget_.projects = false;
   if (left == 0) return true;
 
-  MotionState* const states = states_.at_least(count_ + 1);
+  MotionState* const states = states_.data();
   const MarkPushing<R> mark_pushing{motions(), states};
   const bool driven = any_fixed && parallel_reduce<Sum>(executor_, count_, mark_pushing, kGrain).value > 0;
   for (; driven && budget_.pushes > 0 && violations_at_end() > 0; --budget_.pushes) {
@@ -267,7 +271,7 @@ bool SelfCollider<Executor, R>::resolve_intersections(const Particles<R>& partic
 
 template <class Executor, class R>
 bool SelfCollider<Executor, R>::truncate(const Particles<R>& particles, MotionState* states) {
-  R* const fraction = fraction_.at_least(count_ + 1);
+  R* const fraction = fraction_.data();
   Vector3<double> rest_motion{0, 0, 0};
   if (jam_.restores_momenta() && violations_at_end() > 0) {
     contacts_.mark_violating(motions(), states, fraction);

@@ -54,6 +54,9 @@ class SelfContacts {
       reserve(patches);
     }
     order_ = Array<Executor, int>(clusters, 0);
+    colouring_.reserve(static_cast<std::size_t>(clusters), static_cast<std::size_t>(particles));
+    colour_begin_.reserve(static_cast<std::size_t>(clusters) + 1),
+        replanned_.reserve(static_cast<std::size_t>(clusters));
     closable_gap_ = Array<Executor, R>(clusters, R(0));
     violations_ = Array<Executor, ViolationCount>(clusters, ViolationCount{});
   }
@@ -78,14 +81,19 @@ class SelfContacts {
   std::size_t list_capacity() const { return patch_particles_.size(); }
   /// Takes over what a broad phase has found. Returns false if the capacity was too small; it is larger then.
   bool finish_search() {
-    std::vector<PairPatch> patches = patches_.download();
+    const std::span<const PairPatch> patches = patches_.on_host(staging_);
     bool fits = true;
     found_ = candidates_ = 0;
     for (const PairPatch& patch : patches) {
       fits = fits && patch.all() <= patch.capacity && patch.particle_count <= patch.particle_capacity;
       found_ += patch.pairs, candidates_ += patch.candidates;
     }
-    fits ? color_patches(patches) : reserve(patches);
+    if (fits) {
+      color_patches(patches);
+    } else {
+      replanned_.assign(patches.begin(), patches.end());
+      reserve(replanned_);
+    }
     return fits;
   }
 
@@ -218,18 +226,20 @@ class SelfContacts {
       blocks_ = {}, bits_ = {};
       blocks_ = Array<Executor, ContactBlock<R>>(blocks), bits_ = Array<Executor, PairBits>(blocks);
     }
-    if (listed > patch_particles_.size()) patch_particles_ = {}, patch_particles_ = Array<Executor, int>(listed);
+    if (listed > patch_particles_.size())
+      patch_particles_ = {}, patch_particles_ = Array<Executor, int>(listed + listed / 4);
   }
 
   /// Greedy colouring, and the order of the patches by colour: those that share a particle get different colours.
-  void color_patches(const std::vector<PairPatch>& patches) {
-    const std::vector<int> listed = patch_particles_.download();
-    std::vector<int> colour(patches.size(), -1), order, later;
+  void color_patches(const std::span<const PairPatch>& patches) {
+    const std::span<const int> listed = patch_particles_.on_host(colouring_.staging);
+    auto& [colour, order, uncoloured, later, used, staging] = colouring_;
+    colour.assign(patches.size(), -1), order.clear();
     for (int u = 0; u < std::ssize(patches); ++u)
       if (patches[u].pairs > 0) order.push_back(u);
-    std::vector<int> uncoloured = order;
-    for (int base = 0; !uncoloured.empty(); base += 64, uncoloured = std::exchange(later, {})) {
-      std::vector<std::uint64_t> used(particles_ + 1);  // of each particle: colours from `base` on, a bit each
+    uncoloured = order;
+    for (int base = 0; !uncoloured.empty(); base += 64, uncoloured.swap(later)) {
+      used.assign(static_cast<std::size_t>(particles_) + 1, 0), later.clear();
       for (const int u : uncoloured) {
         const std::span of(listed.data() + patches[u].particles_begin, patches[u].particle_count);
         std::uint64_t all = 0;
@@ -242,8 +252,8 @@ class SelfContacts {
         for (const int i : of) used[i] |= std::uint64_t{1} << (colour[u] - base);
       }
     }
-    std::ranges::stable_sort(order, {}, [&](int u) { return colour[u]; });
-    colour_begin_ = {0};
+    std::ranges::sort(order, {}, [&](int u) { return std::pair(colouring_.colour[u], u); });
+    colour_begin_.assign(1, 0);
     for (std::size_t k = 0; k < order.size(); ++k)
       if (k + 1 == order.size() || colour[order[k + 1]] != colour[order[k]])
         colour_begin_.push_back(static_cast<int>(k) + 1);
@@ -252,17 +262,32 @@ class SelfContacts {
     order_.upload(order);
   }
 
+  /// Working memory of color_patches(), reserved for all patches and particles.
+  struct Colouring {
+    std::vector<int> colour;                    // of each patch; -1: no pairs
+    std::vector<int> order, uncoloured, later;  // patches with pairs; those left in this round; in the next one
+    std::vector<std::uint64_t> used;            // of each particle: colours of this round, a bit each
+    std::vector<int> staging;                   // the particles of the patches of a device
+    void reserve(std::size_t patches, std::size_t particles) {
+      for (std::vector<int>* list : {&colour, &order, &uncoloured, &later}) list->reserve(patches);
+      used.reserve(particles + 1);
+    }
+  };
+
   Executor executor_;
   ContactParams<R> params_;
   R friction_;
   int sweeps_, particles_;
   Array<Executor, PairPatch> patches_;
+  std::vector<PairPatch> staging_;    // the same, of a device
+  std::vector<PairPatch> replanned_;  // the same, with more capacity
   Array<Executor, int> patch_particles_;
   Array<Executor, ContactBlock<R>> blocks_;
   Array<Executor, PairBits> bits_;
   Array<Executor, int> order_;        // of the patches with pairs, by colour
   std::vector<int> colour_begin_{0};  // in order_
-  int width_ = 1;                     // number of threads that the pairs can keep busy
+  Colouring colouring_;
+  int width_ = 1;  // number of threads that the pairs can keep busy
   std::int64_t found_ = 0, candidates_ = 0;
   Array<Executor, R> closable_gap_;             // see NarrowPhase
   Array<Executor, ViolationCount> violations_;  // of each patch, at the last count

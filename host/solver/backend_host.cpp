@@ -14,15 +14,16 @@ std::vector<std::string> instruction_sets() {
   return names;
 }
 
-std::unique_ptr<Solver> make_solver(const Model& model, int threads, const std::string& instructions,
+std::unique_ptr<Solver> make_solver(const Model& model, const OpenMP& threads, const std::string& instructions,
                                     const ShowProgress& progress) {
-  if (make_solver_hook != nullptr && instructions.empty()) return make_solver_hook(model, threads);
+  if (make_solver_hook != nullptr && instructions.empty()) return make_solver_hook(model, threads.threads);
   const std::string wanted = instructions.empty() ? instruction_sets().back() : instructions;
   std::unique_ptr<Solver> made;
   for_each_isa([&]<class Isa>(Isa) {
     if (wanted != Isa::name) return;
-    const int count = threads > 0 ? threads : 1;
-    made = instantiate(model, OpenMP{count, Isa::value}, count, progress);  // with one thread every launch is serial
+    const int count = threads.threads > 0 ? threads.threads : 1;
+    // With one thread every launch is serial.
+    made = instantiate(model, OpenMP{count, Isa::value, threads.caller}, count, progress);
   });
   if (!made) throw InputError("instructions: this build on this CPU has no \"" + wanted + "\"");
   return made;

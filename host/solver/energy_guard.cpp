@@ -55,12 +55,14 @@ void add_stored(const SpringSet& set, const std::vector<Vec3>& x, const GroupOf&
   }
 }
 
-double stored_in(const Model& model, const PressureSet& set, const std::vector<Vec3>& x, double h) {
+double stored_in(const Model& model, const PressureSet& set, const std::vector<Vec3>& x, double h,
+                 std::vector<Vector3<double>>& gradient) {
   const auto at = [](const std::vector<Vec3>& points, int i, const Vec3& o) {
     return Vector3<double>{points[i][0] - o[0], points[i][1] - o[1], points[i][2] - o[2]};
   };
   double rest = 0, now = 0;
-  std::map<int, Vector3<double>> grad;
+  gradient.resize(x.size());
+  for (const int i : set.particles) gradient[i] = {0, 0, 0};
   const std::vector<Vec3>& X = model.at_rest(set);
   const Vec3 &origin = X[set.particles[0]], &from = x[set.particles[0]];
   for (const Triangle& t : set.triangles) {
@@ -68,24 +70,19 @@ double stored_in(const Model& model, const PressureSet& set, const std::vector<V
     Vector3<double> p[3];
     for (int k = 0; k < 3; ++k) p[k] = at(x, t[k], from);
     now += dot(cross(p[0], p[1]), p[2]) / 6;
-    for (int k = 0; k < 3; ++k) {
-      auto& g = grad.try_emplace(t[k], Vector3<double>{0, 0, 0}).first->second;
-      g = g + cross(p[(k + 1) % 3], p[(k + 2) % 3]) * (1.0 / 6);
-    }
+    for (int k = 0; k < 3; ++k) gradient[t[k]] = gradient[t[k]] + cross(p[(k + 1) % 3], p[(k + 2) % 3]) * (1.0 / 6);
   }
   double sum = 0;
-  for (const auto& [i, g] : grad) sum += model.w[i] * dot(g, g);
+  for (const int i : set.particles) sum += model.w[i] * dot(gradient[i], gradient[i]);
   const double C = now - set.volume_ratio * rest, soft = set.compliance.value_or(0) + h * h * sum;
   return soft > 0 ? C * C / (2 * soft) : 0;
 }
 
 void add_stored(const Model& model, const AttachmentSet& set, const std::vector<Vec3>& x, double h, const GroupOf& of,
                 std::vector<double>& sum) {
-  const std::vector<Vector3<double>> anchor = anchors(set.target, set.particles, model.x);
   const Pose pose = pose_at(set.target.motion, 0);
-  for (std::size_t k = 0; k < anchor.size(); ++k) {
-    const int i = set.particles[k];
-    const Vector3<double> a = to_world(pose, anchor[k]);
+  for (const int i : set.particles) {
+    const Vector3<double> a = to_world(pose, anchor_of(set.target, model.x[i]));
     const double soft = set.compliance.value_or(0) + h * h * model.w[i];
     if (soft > 0) sum[of[i]] += squared_distance(x[i], {a.x, a.y, a.z}) / (2 * soft);
   }
@@ -183,23 +180,31 @@ std::vector<Allowance> allowances(const Model& model, const std::vector<int>& of
   return all;
 }
 
-std::vector<StoredEnergy> stored_energies(const Model& model, const std::vector<Vec3>& x, double h, const GroupOf& of,
-                                          int groups) {
-  std::vector<StoredEnergy> stored;
-  const auto next = [&](const std::string& kind) -> std::vector<double>& {
-    return stored.emplace_back(StoredEnergy{kind, std::vector<double>(groups, 0)}).energy;
+void StoredEnergies::allocate(const Model& model, int groups) {
+  sets_.resize(model.sets.size() + model.stencils.size() + model.springs.size() + model.pressures.size() +
+               model.attached.size());
+  for (OfSet& set : sets_) set.energy.reserve(static_cast<std::size_t>(groups));
+  if (!model.pressures.empty()) gradient_.reserve(model.x.size());
+}
+void StoredEnergies::compute(const Model& model, const std::vector<Vec3>& x, double h, const GroupOf& of, int groups) {
+  std::size_t count = 0;
+  const auto next = [&](std::string_view kind) -> std::vector<double>& {
+    sets_[count].kind = kind;
+    std::vector<double>& energy = sets_[count++].energy;
+    energy.assign(static_cast<std::size_t>(groups), 0);
+    return energy;
   };
   for (const std::vector<ConstraintSet>* sets : {&model.sets, &model.stencils})
     for (const ConstraintSet& set : *sets) add_stored(model, set, x, h, of, next(set.type));
   for (const SpringSet& set : model.springs) add_stored(set, x, of, next(set.type));
-  for (const PressureSet& set : model.pressures) next("pressure")[of[set.particles[0]]] = stored_in(model, set, x, h);
+  for (const PressureSet& set : model.pressures)
+    next("pressure")[of[set.particles[0]]] = stored_in(model, set, x, h, gradient_);
   for (const AttachmentSet& set : model.attached) add_stored(model, set, x, h, of, next("attachments"));
-  return stored;
 }
 
-double sum_of(const std::vector<StoredEnergy>& stored, int group) {
+double StoredEnergies::of_group(int group) const {
   double sum = 0;
-  for (const StoredEnergy& one : stored) sum += one.energy[group];
+  for (const OfSet& one : sets_) sum += one.energy[group];
   return sum;
 }
 
@@ -242,13 +247,13 @@ std::vector<std::int64_t> motion_change_steps(const Model& model, std::int64_t a
 }
 
 std::string explosion(const Model& model, const Explosion& seen, const std::vector<Vec3>& x, const std::vector<Vec3>& v,
-                      const std::vector<StoredEnergy>& before, const std::vector<StoredEnergy>& now) {
+                      const StoredEnergies& before, const StoredEnergies& now) {
   int fastest = -1;
   for (std::size_t i = 0; i < v.size(); ++i)
     if (seen.of[i] == seen.group && (fastest < 0 || dot(v[i], v[i]) > dot(v[fastest], v[fastest]))) fastest = int(i);
   std::map<std::string, double> gain;
-  for (std::size_t s = 0; s < now.size(); ++s)
-    gain[now[s].kind] += now[s].energy[seen.group] - before[s].energy[seen.group];
+  for (std::size_t s = 0; s < now.sets().size(); ++s)
+    gain[std::string(now.sets()[s].kind)] += now.sets()[s].energy[seen.group] - before.sets()[s].energy[seen.group];
   const auto most =
       std::max_element(gain.begin(), gain.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
   const Vec3& at = x[fastest];

@@ -7,7 +7,9 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -30,16 +32,28 @@ struct Allowance {
 };
 std::vector<Allowance> allowances(const Model& model, const std::vector<int>& group_of);
 
-/// Energy stored in the constraints of each kind at `x` (the solver's order) in substeps of h seconds, by group, J:
-/// C^2 / (2 (alpha + h^2 sum w |grad C|^2)), which is the energy of a compliance alpha, and for a stiff constraint what
-/// projecting it in one substep releases. Order: sets, stencils, springs, pressures, attachments.
-struct StoredEnergy {
-  std::string kind;
-  std::vector<double> energy;
+/// Energies stored in the constraints, by set and group, J: C^2 / (2 (alpha + h^2 sum w |grad C|^2)), which is the
+/// energy of a compliance alpha, and for a stiff constraint what projecting it in one substep releases.
+class StoredEnergies {
+ public:
+  /// Allocates what compute() needs, for this many groups.
+  void allocate(const Model& model, int groups);
+  /// Computes them at `x` (the solver's order) in substeps of h seconds.
+  void compute(const Model& model, const std::vector<Vec3>& x, double h, const std::vector<int>& group_of, int groups);
+  /// Returns the sum over all sets, J.
+  double of_group(int group) const;
+
+  struct OfSet {
+    std::string_view kind;       // of the model
+    std::vector<double> energy;  // of each group, J
+  };
+  /// Sets, stencils, springs, pressures and attachments, in this order.
+  const std::vector<OfSet>& sets() const { return sets_; }
+
+ private:
+  std::vector<OfSet> sets_;
+  std::vector<Vector3<double>> gradient_;  // of a pressure, by particle
 };
-std::vector<StoredEnergy> stored_energies(const Model& model, const std::vector<Vec3>& x, double h,
-                                          const std::vector<int>& group_of, int groups);
-double sum_of(const std::vector<StoredEnergy>& stored, int group);
 
 /// Largest speed of anything on keyframes, or of the wind, at any time, m/s. A jump counts as a motion in h seconds.
 double fastest_driven(const Model& model, double h);
@@ -57,7 +71,7 @@ struct Explosion {
   double kinetic, explained;   // J
 };
 std::string explosion(const Model& model, const Explosion& seen, const std::vector<Vec3>& x, const std::vector<Vec3>& v,
-                      const std::vector<StoredEnergy>& before, const std::vector<StoredEnergy>& now);
+                      const StoredEnergies& before, const StoredEnergies& now);
 
 /// A body may move by 1 % of its size in a step, or in this time if that is longer, s. (Steps may be short for frequent
 /// output, which says nothing about the speed of bodies.)
@@ -93,16 +107,19 @@ class EnergyGuard {
     runs_ = particle_runs(of);
     device_runs_ = Array<Executor, ParticleRun>(runs_);
     sums_ = Array<Executor, MotionEnergy>(runs_.size(), MotionEnergy{});
+    now_.reserve(groups_.size());
+    group_of_ = of;
+    for (StoredEnergies* stored : {&stored_at_start_, &stored_now_}) stored->allocate(model, int(groups_.size()));
   }
 
   /// Restarts from a state other than that of the scene.
   void restart(const Particles<R>& particles, std::vector<Vec3> x) {
-    const std::vector<MotionEnergy> now = measure(particles);
+    const std::vector<MotionEnergy>& now = measure(particles);
     for (std::size_t g = 0; g < groups_.size(); ++g) {
       Group& group = groups_[g];
       group.may.motion = now[g].kinetic, group.highest = now[g].potential, group.explained = group.max_stored = 0;
     }
-    start_ = std::move(x), stored_at_start_.clear();
+    start_ = std::move(x), knows_start_ = false;
   }
   /// Steps between two checks.
   std::int64_t every() const { return every_; }
@@ -115,8 +132,13 @@ class EnergyGuard {
   }
   /// Exempts the groups of these particles: user constraints may do any work, as a motor does.
   void exempt(const std::vector<int>& particles) {
-    const std::vector<int> of = group_of();
-    for (const int i : particles) groups_[of[i]].may.always = std::numeric_limits<double>::infinity();
+    for (const int i : particles) groups_[group_of_[i]].may.always = std::numeric_limits<double>::infinity();
+  }
+  /// Exempts those of all particles i for which acts(i).
+  template <class Acts>
+  void exempt_where(const Acts& acts) {
+    for (std::size_t i = 0; i < group_of_.size(); ++i)
+      if (acts(i)) groups_[group_of_[i]].may.always = std::numeric_limits<double>::infinity();
   }
 
   /// Accounts for work of a handle on the group of a particle, J.
@@ -133,25 +155,25 @@ class EnergyGuard {
                                    const Velocities& velocities, bool now = false) {
     if (drives_ && ((steps >= every_ && (steps & (steps - 1)) == 0) ||
                     std::binary_search(motion_changes_.begin(), motion_changes_.end(), steps))) {
-      const std::vector<StoredEnergy> present = stored_energies_at(positions());
+      compute(stored_now_, positions());
       for (std::size_t g = 0; g < groups_.size(); ++g)
-        groups_[g].max_stored = std::max(groups_[g].max_stored, sum_of(present, int(g)));
+        groups_[g].max_stored = std::max(groups_[g].max_stored, stored_now_.of_group(int(g)));
     }
     if (steps % every_ != 0 && !now) return std::nullopt;
-    const std::vector<MotionEnergy> energy = measure(particles);
+    const std::vector<MotionEnergy>& energy = measure(particles);
     for (std::size_t g = 0; g < groups_.size(); ++g) {
       Group& group = groups_[g];
       group.highest = std::max(group.highest, energy[g].potential);
       group.explained =
           std::max(group.explained, group.may.always + group.may.motion + group.highest - energy[g].potential);
       if (!(energy[g].kinetic > kFactor * (group.explained + group.max_stored))) continue;
-      if (stored_at_start_.empty()) stored_at_start_ = stored_energies_at(start_.empty() ? model_.x : start_);
-      group.max_stored = std::max(group.max_stored, sum_of(stored_at_start_, int(g)));
+      if (!knows_start_) compute(stored_at_start_, start_.empty() ? model_.x : start_), knows_start_ = true;
+      group.max_stored = std::max(group.max_stored, stored_at_start_.of_group(int(g)));
       if (!(energy[g].kinetic > kFactor * (group.explained + group.max_stored))) continue;
-      const std::vector<Vec3> x = positions();
-      const std::vector<int> of = group_of();
-      return explosion(model_, {int(g), of, energy[g].kinetic, group.explained + group.max_stored}, x, velocities(),
-                       stored_at_start_, stored_energies_at(x));
+      const std::vector<Vec3>& x = positions();
+      compute(stored_now_, x);
+      return explosion(model_, {int(g), group_of_, energy[g].kinetic, group.explained + group.max_stored}, x,
+                       velocities(), stored_at_start_, stored_now_);
     }
     return std::nullopt;
   }
@@ -163,22 +185,17 @@ class EnergyGuard {
     double explained = 0, max_stored = 0;
   };
 
-  std::vector<MotionEnergy> measure(const Particles<R>& particles) const {
+  const std::vector<MotionEnergy>& measure(const Particles<R>& particles) {
     const Vec3& g = model_.scene.gravity;
     parallel_for(executor_, int(runs_.size()),
                  MeasureRuns<R>{{particles, {g[0], g[1], g[2]}}, device_runs_.data(), sums_.data()}, 8);
-    const std::vector<MotionEnergy> sums = sums_.download();
-    std::vector<MotionEnergy> of(groups_.size());
-    for (std::size_t r = 0; r < runs_.size(); ++r) of[runs_[r].group] += sums[r];
-    return of;
+    const std::span<const MotionEnergy> sums = sums_.on_host(staging_);
+    now_.assign(groups_.size(), MotionEnergy{});
+    for (std::size_t r = 0; r < runs_.size(); ++r) now_[runs_[r].group] += sums[r];
+    return now_;
   }
-  std::vector<int> group_of() const {
-    std::vector<int> of;
-    for (const ParticleRun& run : runs_) of.insert(of.end(), run.count, run.group);
-    return of;
-  }
-  std::vector<StoredEnergy> stored_energies_at(const std::vector<Vec3>& x) const {
-    return stored_energies(model_, x, h_, group_of(), int(groups_.size()));
+  void compute(StoredEnergies& stored, const std::vector<Vec3>& x) {
+    stored.compute(model_, x, h_, group_of_, int(groups_.size()));
   }
 
   Executor executor_;
@@ -190,9 +207,14 @@ class EnergyGuard {
   Array<Executor, ParticleRun> device_runs_;
   Array<Executor, MotionEnergy> sums_;
   bool drives_ = false;
-  std::vector<std::int64_t> motion_changes_;   // steps before keyframes and releases
-  std::vector<Vec3> start_;                    // empty: the positions of the scene
-  std::vector<StoredEnergy> stored_at_start_;  // empty: not computed yet
+  std::vector<std::int64_t> motion_changes_;  // steps before keyframes and releases
+  std::vector<Vec3> start_;                   // empty: the positions of the scene
+  StoredEnergies stored_at_start_;
+  bool knows_start_ = false;  // whether these are computed
+  StoredEnergies stored_now_;
+  std::vector<int> group_of_;          // of each particle
+  std::vector<MotionEnergy> now_;      // of each group
+  std::vector<MotionEnergy> staging_;  // sums_ of a device
 };
 
 }  // namespace malha

@@ -26,7 +26,7 @@ class Pbd final : public TimeStepper<Executor, R> {
     lay_out_levels();
     if (!levels_.empty()) this->set_features(step_features(model, true));
     if (!this->plan_.skips_contacts) return;
-    this->collider_->allocate_clearance(), sweep_->allocate_speed_limit();
+    this->collider_->allocate_clearance(model.x.size()), sweep_->allocate_speed_limit();
     this->note_collision();
   }
 
@@ -109,7 +109,7 @@ class Pbd final : public TimeStepper<Executor, R> {
   }
   void add_levels(const std::vector<double>& w) {
     this->facts_.level_seconds += seconds([&] {
-      const std::vector<Level> levels = make_levels(model_, w, threads_);
+      const std::vector<Level> levels = make_levels(model_, w, on_host(executor_));
       auto& own = levels_.emplace_back();
       if (levels.empty()) return;
       ++this->facts_.level_layouts;

@@ -44,9 +44,16 @@ class Solver {
   virtual std::int64_t steps() const = 0;
   virtual std::vector<Vec3> positions() const = 0;   // m, in the user's order
   virtual std::vector<Vec3> velocities() const = 0;  // m/s
+  /// Writes the positions (m) or velocities (m/s) in the user's order: of particle i to the three numbers from
+  /// to[stride i] on. Nothing is allocated on the host.
+  virtual void copy_positions(float* to, std::size_t stride) const = 0;
+  virtual void copy_positions(double* to, std::size_t stride) const = 0;
+  virtual void copy_velocities(float* to, std::size_t stride) const = 0;
+  virtual void copy_velocities(double* to, std::size_t stride) const = 0;
   virtual Measures measure() const = 0;
-  /// The strains alone, for a fraction of the cost of measure(). Downloads positions from a device.
-  virtual StrainSample strains() const = 0;
+  /// The strains alone, for a fraction of the cost of measure(), until the next call. Downloads positions from a
+  /// device.
+  virtual const StrainSample& strains() const = 0;
   virtual const std::vector<LengthRun>& lengths() const = 0;
   /// Number of steps between two samples of strains such that sampling costs a few hundredths of the steps at most; 0:
   /// there is nothing to sample. It does not depend on the machine.
@@ -72,6 +79,9 @@ class Solver {
   virtual void change_gravity() = 0;
   /// Must be called after the velocity of the model's wind, which it has, has changed.
   virtual void change_wind() = 0;
+  /// Sets the force on each particle (N, the user's order), which acts in every substep until others are set. An empty
+  /// list: none.
+  virtual void set_forces(const std::vector<Vec3>& forces) = 0;
   /// The motion that the program gives an object now: during the next step, or, in a callback, during the next substep.
   virtual NextMotion next_motion() const = 0;
   /// Must be called after the motion or the vertices of an environment object have changed.
@@ -108,10 +118,10 @@ class Solver {
 /// Instruction sets of both this build and the CPU, the narrowest first: "baseline", "avx2", "avx512".
 std::vector<std::string> instruction_sets();
 
-/// The model's method on `threads` OpenMP threads; with 1 or 0 no parallel region is opened. `instructions`: one of
+/// The model's method on `threads`; with one or none no parallel region is opened. `instructions`: one of
 /// instruction_sets(), or "" for the widest; throws InputError for another.
 /// `progress` is called during a long set-up; may be empty.
-std::unique_ptr<Solver> make_solver(const Model& model, int threads, const std::string& instructions = "",
+std::unique_ptr<Solver> make_solver(const Model& model, const OpenMP& threads, const std::string& instructions = "",
                                     const ShowProgress& progress = {});
 
 /// Throws InputError where this build or this machine has no CUDA device.

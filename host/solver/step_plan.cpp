@@ -17,6 +17,7 @@ std::string_view name_of(Stage stage) {
                                     "move_handles",
                                     "damp",
                                     "wind",
+                                    "apply_forces",
                                     "measure_momenta",
                                     "predict",
                                     "predict_wind",
@@ -95,7 +96,8 @@ std::vector<Stage> list(std::initializer_list<std::pair<bool, Stage>> all) {
 /// The stages of a substep whose patch solves come between others. `compare_solves`: momenta of free bodies are
 /// compared over patch solves and not over the projections of an iteration.
 Stages stages_apart(const StepFeatures& has, const Interaction& now, bool compare_solves) {
-  const bool wind_first = has.wind && (!has.filter || has.filtered_wind), wind_later = has.wind && !wind_first;
+  const bool forces = has.forces || now.callback;  // a callback may set them
+  const bool first = !has.filter || has.filtered_wind, wind_first = has.wind && first, wind_later = has.wind && !first;
   const bool opens_seams = has.long_range || has.attachments || now.user_constraints || now.handles ||
                            has.self_collision || has.edges || has.shared_seams;
   const bool by_solve = has.free_bodies && compare_solves, by_projection = has.free_bodies && !compare_solves;
@@ -105,10 +107,12 @@ Stages stages_apart(const StepFeatures& has, const Interaction& now, bool compar
               {now.handles, Stage::MoveHandles},
               {has.damping, Stage::Damp},
               {wind_first, Stage::Wind},
+              {forces && first, Stage::ApplyForces},
               {by_solve, Stage::MeasureMomenta},
               {true, Stage::Predict},
               {wind_later, Stage::Wind},
-              {wind_later, Stage::PredictWind},
+              {forces && !first, Stage::ApplyForces},
+              {wind_later || (forces && !first), Stage::PredictWind},
               {has.filtered_bending, Stage::FilterBending},
               {has.contacts, Stage::DetectContacts},
               {has.self_collision, Stage::StartSelfCollision},

@@ -11,17 +11,18 @@
 
 namespace malha {
 
-/// A stage of a substep, in the order in which a substep may have them. (Wind that the filter does not have comes after
-/// Predict.)
+/// A stage of a substep, in the order in which a substep may have them. (Wind and forces that the filter does not
+/// have come after Predict.)
 enum class Stage : unsigned char {
   MovePins,            // to where they are at the end of the substep; pins whose time is over are released
   ReleaseAttachments,  // whose time is over
   MoveHandles,         // those of the user
   Damp,                // before gravity, which is uniform: the rigid part of the motion has all of it
   Wind,                // changes v
+  ApplyForces,         // those that a program sets, on v
   MeasureMomenta,      // of free bodies, before patch solves over which they are compared
   Predict,             // v and p from the forces: gravity, or Desbrun's filtered ones
-  PredictWind,         // adds to p what the wind gave to v, where the filter does not have it
+  PredictWind,         // adds to p what wind and forces gave to v, where the filter does not have them
   FilterBending,       // p: backward Euler of bending that is not projected
   SolveSubstep,        // patch solves that predict, project and update the state
   DetectContacts,      // with environment meshes
@@ -73,6 +74,7 @@ struct StepFeatures {
   bool pins_move = false;
   bool contacts = false, objects_move = false, edges = false, self_collision = false;
   bool damping = false, wind = false, free_bodies = false;
+  bool forces = false;                // that a program has set
   bool host_ends_iterations = false;  // by a tolerance or a time budget
 };
 /// `levels`: whether coarse levels were laid out.

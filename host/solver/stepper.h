@@ -76,6 +76,10 @@ class TimeStepper : public Solver {
   std::int64_t steps() const final { return steps_; }
   std::vector<Vec3> positions() const final { return in_user_order(positions_in_order(), model_.user_index); }
   std::vector<Vec3> velocities() const final { return in_user_order(v_.download(), model_.user_index); }
+  void copy_positions(float* to, std::size_t stride) const final { scatter_positions(to, stride); }
+  void copy_positions(double* to, std::size_t stride) const final { scatter_positions(to, stride); }
+  void copy_velocities(float* to, std::size_t stride) const final { v_.scatter_to(to, stride, model_.user_index); }
+  void copy_velocities(double* to, std::size_t stride) const final { v_.scatter_to(to, stride, model_.user_index); }
   const SolverStats& facts() const final { return facts_; }
   const StepPlan& step_plan() const final { return plan_; }
   bool has_levels() const final { return features_.levels; }
@@ -148,6 +152,20 @@ class TimeStepper : public Solver {
     energy_guard_.add_driven_speed(norm(model_.scene.wind->velocity));
     wake();
   }
+  void set_forces(const std::vector<Vec3>& forces) final {
+    const bool had_any = features_.forces;
+    features_.forces = !forces.empty();
+    if (features_.forces) {
+      if (forces_.size() == 0) forces_ = PointArray<Executor, R>(model_.x.size());
+      forces_.gather(forces, model_.user_index);
+      energy_guard_.exempt_where([&](std::size_t i) {
+        const Vec3& force = forces[static_cast<std::size_t>(model_.user_index[i])];
+        return force[0] != 0 || force[1] != 0 || force[2] != 0;
+      });
+    }
+    if (features_.forces != had_any && !substep_callback_) plan_ = plan_step(features_, interaction_);
+    wake();
+  }
   NextMotion next_motion() const final {
     if (!substep_callback_) return {time(), time_at(model_.scene.solver.substeps), false};
     return {time_at(substep_ + 1), time_at(substep_ + 2), true};
@@ -158,7 +176,8 @@ class TimeStepper : public Solver {
     note_driven_speed(fastest_object(model_, h));
     crossings_step_ = -1;
     if (sleeper_) sleeper_->change_environment(model_);
-    features_ = step_features(model_, features_.levels);
+    const bool forces = features_.forces;
+    features_ = step_features(model_, features_.levels), features_.forces = forces;
     if (!substep_callback_) plan_ = plan_step(features_, interaction_);  // one with a callback stays as it is
     wake();
   }
@@ -229,10 +248,10 @@ class TimeStepper : public Solver {
     m.crossings = crossings_at(x);
     return m;
   }
-  StrainSample strains() const final {
-    StrainSample sample = sample_strains(on_host(executor_), model_, lengths_, positions_in_order());
-    if (long_range_) sample.beyond = long_range_->beyond(x_.points(), w_.data());
-    return sample;
+  const StrainSample& strains() const final {
+    sample_strains(on_host(executor_), model_, lengths_, present_positions(), sample_);
+    if (long_range_) sample_.beyond = long_range_->beyond(x_.points(), w_.data());
+    return sample_;
   }
   const std::vector<LengthRun>& lengths() const final { return lengths_; }
   int steps_to_sample() const final { return steps_to_sample_; }
@@ -268,6 +287,8 @@ class TimeStepper : public Solver {
     set_features(step_features(model, false));
     note_facts();
     steps_to_sample_ = sampling_interval();
+    positions_.reserve(model.x.size()), sample_.rms.reserve(lengths_.size());
+    if (steps_to_sample_ > 0) facts_.particle_bytes += model.x.size() * sizeof(Vec3);  // otherwise hardly ever used
   }
 
   /// One step of a scene that does not sleep.
@@ -398,6 +419,11 @@ class TimeStepper : public Solver {
         return timed(Pass::Damping, [&] { damping_->damp(all); });
       case Stage::Wind:
         return apply_wind(h);
+      case Stage::ApplyForces:
+        if (!features_.forces) return;  // a callback might have set some
+        return timed(Pass::Prediction, [&] {
+          parallel_for(executor_, all.count, ApplyForces<R>{all, forces_.points(), R(h)});
+        });
       case Stage::MeasureMomenta:
         return begins_comparison() ? measure_momenta() : void();
       case Stage::Predict:
@@ -539,13 +565,22 @@ class TimeStepper : public Solver {
   }
   /// Positions in the solver's order, x and low together.
   std::vector<Vec3> positions_in_order() const {
-    std::vector<Vec3> all = x_.download();
-    if constexpr (kCompensated<R>) {
-      const std::vector<Vec3> low = low_.download();
-      for (std::size_t i = 0; i < all.size(); ++i)
-        for (int k = 0; k < 3; ++k) all[i][k] += low[i][k];
-    }
+    std::vector<Vec3> all;
+    copy_positions_in_order(all);
     return all;
+  }
+  template <class Number>
+  void scatter_positions(Number* to, std::size_t stride) const {
+    x_.scatter_to(to, stride, model_.user_index, kCompensated<R> ? &low_ : nullptr);
+  }
+  void copy_positions_in_order(std::vector<Vec3>& all) const {
+    x_.download_to(all);
+    if constexpr (kCompensated<R>) low_.add_to(all);
+  }
+  /// The same in memory of the solver, until the next call.
+  const std::vector<Vec3>& present_positions() const {
+    copy_positions_in_order(positions_);
+    return positions_;
   }
   /// The time (s) at the end of a substep of this step, from 0 on, for seams; it stands still once all are closed.
   R closing_time(int substep) const {
@@ -575,7 +610,8 @@ class TimeStepper : public Solver {
   void check_energy(bool now = false) {
     timed(plan_.fuses() ? Pass::FusedSolve : Pass::State, [&] {
       const auto wrong = energy_guard_.check(
-          particles(), steps_, [&] { return positions_in_order(); }, [&] { return v_.download(); }, now);
+          particles(), steps_, [&]() -> const std::vector<Vec3>& { return present_positions(); },
+          [&] { return v_.download(); }, now);
       if (wrong)
         throw Diverged("step " + std::to_string(steps_) + " (t = " + std::to_string(time()) + " s): " + *wrong);
     });
@@ -739,6 +775,7 @@ class TimeStepper : public Solver {
   const SubstepCallback* substep_callback_ = nullptr;  // during a step; null: none
   Interaction interaction_;                            // for which plan_ is
   Array<Executor, R> w_;
+  PointArray<Executor, R> forces_;  // that a program has set, N; empty: none so far
   std::optional<Damping<Executor, R>> damping_;
   std::vector<LengthRun> lengths_ = length_runs(model_);
   FiniteCheck<Executor> finite_check_{model_.scene.solver.substeps};
@@ -758,6 +795,8 @@ class TimeStepper : public Solver {
   std::optional<KinematicParticles<Executor, R>> kinematic_;  // with self_ and collider_
   std::array<double, kPassNames.size()> seconds_{};
   mutable std::int64_t crossings_step_ = -1, crossings_ = 0;  // the step of the last count, and its result
+  mutable std::vector<Vec3> positions_;                       // of present_positions()
+  mutable StrainSample sample_;
 };
 
 }  // namespace malha

@@ -75,6 +75,15 @@ struct Drag {
   }
 };
 
+/// v += dt w f, of forces that a program sets.
+template <class R>
+struct ApplyForces {
+  Particles<R> particles;
+  Points<R> force;  // N
+  R dt;             // the substep h, s
+  KERNEL void operator()(int i) const { particles.v.set(i, particles.v[i] + force[i] * (dt * particles.w[i])); }
+};
+
 /// Makes positions the start of the next motion: x += d, d = 0.
 template <class R>
 struct AdvanceAll {

@@ -13,15 +13,38 @@
 
 namespace malha {
 
+#if defined(_OPENMP)
+inline constexpr bool kHasOpenMP = true;
+#else
+inline constexpr bool kHasOpenMP = false;
+#endif
+
 /// One thread, no parallel region.
 struct Serial {
   Instructions instructions = widest_instructions();
 };
 
-/// A fixed number of OpenMP threads.
+/// Threads of the program that uses malha. call(context, groups, function, data) runs function(data, 0) ...
+/// function(data, groups - 1), each once, on any threads and in any order, and returns when all have returned. No group
+/// waits for another one, so that any number of them may run at a time.
+struct CallerThreads {
+  void* context;
+  void (*call)(void* context, int groups, void (*function)(const void* data, int group), const void* data);
+  template <class Function>
+  void run(int groups, const Function& function) const {
+    call(
+        context, groups, [](const void* data, int group) { (*static_cast<const Function*>(data))(group); }, &function);
+  }
+};
+
+/// A fixed number of threads: OpenMP's, or, with `caller`, as many groups of a launch on threads of the caller.
 struct OpenMP {
-  int threads = 1;
-  Instructions instructions = widest_instructions();
+  OpenMP(int threads_ = 1, Instructions instructions_ = widest_instructions(), const CallerThreads* caller_ = nullptr)
+      : threads(threads_), instructions(instructions_), caller(caller_) {}
+  OpenMP(const Serial& serial) : OpenMP(1, serial.instructions) {}
+  int threads;
+  Instructions instructions;
+  const CallerThreads* caller;
 };
 
 /// Number of threads that the backend offers: OMP_NUM_THREADS, or the number of cores.
@@ -68,16 +91,26 @@ class Barrier {
 };
 
 /// One thread of a parallel region. Every thread runs the same code, takes its share of each launch, and waits for the
-/// others at its end.
+/// others at its end. On threads of the caller, which need not run at the same time, one thread runs the code and hands
+/// out the shares of each launch.
 struct Team {
   int thread, threads;
   Barrier* barrier;
   Instructions instructions;
+  const CallerThreads* caller = nullptr;
+
+  /// Runs share(t) for each of the threads t, and waits for all.
+  template <class Share>
+  void run_shares(const Share& share) const {
+    if (caller != nullptr) return caller->run(threads, share);
+    share(thread);
+    barrier->wait(threads);
+  }
 };
 
 /// Executor for launches that are cheaper than a fork and a join.
 inline Serial single_threaded(const Serial& executor) { return executor; }
-inline Serial single_threaded(const OpenMP& executor) { return {executor.instructions}; }
+inline Serial single_threaded(const OpenMP& executor) { return Serial{executor.instructions}; }
 
 /// Executor for kernels on host memory.
 inline Serial on_host(const Serial& executor) { return executor; }
@@ -106,9 +139,14 @@ void parallel_region(const OpenMP& executor, int width, const Work& work) {
   const int most = executor.threads < max_threads ? executor.threads : max_threads;
   const int threads = width < most ? width : most;
   if (threads <= 1) return work(Serial{executor.instructions});
+  if (executor.caller != nullptr) return work(Team{0, threads, nullptr, executor.instructions, executor.caller});
+#if defined(_OPENMP)
   Barrier barrier;
 #pragma omp parallel num_threads(threads)
   work(Team{omp_get_thread_num(), omp_get_num_threads(), &barrier, executor.instructions});
+#else
+  work(Serial{executor.instructions});
+#endif
 }
 
 /// Observer of launches. `kernel`: as kernel_name() gives it.
@@ -151,7 +189,18 @@ void parallel_for(const OpenMP& executor, int n, const Kernel& kernel, int grain
   const int threads = executor.threads < max_threads ? executor.threads : max_threads;
   if (n <= grain || threads == 1) return parallel_for(Serial{}, n, kernel);
   note_launch(kernel, n);
+  if (executor.caller != nullptr) {
+    executor.caller->run(threads, [&kernel, n, threads](int group) {
+      const auto begin_of = [n, threads](int g) { return int(static_cast<long long>(n) * g / threads); };
+      const int end = begin_of(group + 1);
+#pragma omp simd
+      for (int i = begin_of(group); i < end; ++i) kernel(i);
+    });
+    return;
+  }
+#if defined(_OPENMP)
 #pragma omp parallel for simd schedule(static) num_threads(threads)
+#endif
   for (int i = 0; i < n; ++i) kernel(i);
 }
 
@@ -196,8 +245,8 @@ void parallel_groups(const Team& team, int begin, int end, const ScratchMemory& 
   const auto share = [&](int thread) {
     return begin + int(static_cast<long long>(end - begin) * thread / team.threads);
   };
-  run_groups(team.instructions, share(team.thread), share(team.thread + 1), memory.of(team.thread), kernel);
-  team.barrier->wait(team.threads);
+  team.run_shares(
+      [&](int thread) { run_groups(team.instructions, share(thread), share(thread + 1), memory.of(thread), kernel); });
 }
 
 /// Maps groups 0, 1, ... to first, first + step, ...
@@ -223,10 +272,10 @@ void parallel_for_interleaved(const Serial& executor, int groups, const Kernel& 
 template <class Kernel>
 void parallel_for_interleaved(const Team& team, int groups, const Kernel& kernel, const ScratchMemory& memory = {}) {
   note_launch(kernel, groups);
-  const int share = (groups - team.thread + team.threads - 1) / team.threads;
-  run_groups(team.instructions, 0, share, memory.of(team.thread),
-             Interleaved<Kernel>{kernel, team.thread, team.threads});
-  team.barrier->wait(team.threads);
+  team.run_shares([&](int thread) {
+    const int share = (groups - thread + team.threads - 1) / team.threads;
+    run_groups(team.instructions, 0, share, memory.of(thread), Interleaved<Kernel>{kernel, thread, team.threads});
+  });
 }
 
 /// Group g runs `size` of the items kernel(0) .. kernel(count - 1).

@@ -118,7 +118,7 @@ TEST(SurfacePoints, AnObjectThatTurnsAsAWholeTurnsThemRigidly) {
   EnvironmentMesh object{strip(), {}, {}};
   object.mesh = {{{0, 0, 0}, {1, 0, 0}, {0, 0, 1}}, {Quad{0, 2, 1, -1}}, {}, {}};
   object.spec.motion = {{0, {0, 0, 0}, {0, 0, 1}, 0}, {1, {0, 1, 0}, {0, 0, 1}, 90}};
-  const SurfacePoints points(object, {{0.25, 0.5, 0.25}, {-1, 0, 0}});
+  SurfacePoints points(object, {{0.25, 0.5, 0.25}, {-1, 0, 0}});
   const std::vector<Vector3<double>> at = points.at(1);
   EXPECT_NEAR(at[0].x, -0.5, 1e-12);
   EXPECT_NEAR(at[0].y, 1.25, 1e-12);

@@ -4,7 +4,16 @@ if(NOT PROJECT_IS_TOP_LEVEL)  # the project around this one links malha, and the
   set(CMAKE_FIND_PACKAGE_TARGETS_GLOBAL ON)
 endif()
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)
-find_package(OpenMP REQUIRED COMPONENTS CXX)
+set(malha_openmp "")
+if(MALHA_OPENMP)
+  find_package(OpenMP REQUIRED COMPONENTS CXX)
+  set(malha_openmp OpenMP::OpenMP_CXX)
+else()
+  add_compile_options(-fopenmp-simd)  # its directive for loops of one thread, which needs no library
+  if(MALHA_HAS_TESTS)
+    message(FATAL_ERROR "MALHA_TESTS: found ON with MALHA_OPENMP=OFF; allowed: OFF, because tests use OpenMP's threads")
+  endif()
+endif()
 # Embree 4, or else 3 (Debian 12). Both name their target "embree".
 find_package(embree 4 CONFIG QUIET)
 if(NOT embree_FOUND)

@@ -17,7 +17,7 @@ foreach(source IN LISTS bench_sources)
   get_filename_component(folder "${folder}" NAME)
   set_source_files_properties("${source}" PROPERTIES UNITY_GROUP "${folder}")
 endforeach()
-target_link_libraries(malha_bench PUBLIC malha PRIVATE nlohmann_json::nlohmann_json OpenMP::OpenMP_CXX Threads::Threads)
+target_link_libraries(malha_bench PUBLIC malha PRIVATE nlohmann_json::nlohmann_json ${malha_openmp} Threads::Threads)
 if(BULLET_FOUND)
   set_source_files_properties(tools/bench/projection/measure.cpp tools/bench/contact.cpp PROPERTIES COMPILE_DEFINITIONS
     MALHA_HAS_BULLET)
@@ -40,7 +40,7 @@ add_library(malha_study STATIC ${study_sources})
 # Several files are compiled together, as in the tests: parsing the headers takes longer than the rest of a file.
 set_target_properties(malha_study PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 12)
 target_link_libraries(malha_study PUBLIC malha malha_bench malha_reference nlohmann_json::nlohmann_json
-                                  PRIVATE Eigen3::Eigen OpenMP::OpenMP_CXX)
+                                  PRIVATE Eigen3::Eigen ${malha_openmp})
 
 file(GLOB measures_sources CONFIGURE_DEPENDS "${PROJECT_SOURCE_DIR}/tools/measures/*.cpp")
 add_executable(malha_measures ${measures_sources})

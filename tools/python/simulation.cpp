@@ -94,6 +94,25 @@ RigidPose pose_of(const py::object& translate, const py::object& axis, double de
   return rigid_pose_of(read);
 }
 
+/// Calls copy(simulation, numbers) for an array (N, 3) of either precision, which it fills.
+template <class Copy>
+void copy_into(PySimulation& py_simulation, const py::array& out, const char* call, const Copy& copy) {
+  const auto use = py_simulation.now();
+  const auto particles = static_cast<py::ssize_t>(use->model().x.size());
+  const bool in_float = out.dtype().equal(py::dtype::of<float>()),
+             in_double = out.dtype().equal(py::dtype::of<double>());
+  const bool is_plain = (out.flags() & py::array::c_style) != 0;
+  if (!(in_float || in_double) || !is_plain || !out.writeable() || out.ndim() != 2 || out.shape(0) != particles ||
+      out.shape(1) != 3)
+    refuse(call, "out", found_in(out) + " of " + py::str(out.dtype()).cast<std::string>(),
+           "a writeable array (" + std::to_string(particles) + ", 3) of float32 or float64, in C order");
+  py::array filled = out;
+  if (in_float)
+    copy(*use, static_cast<float*>(filled.mutable_data()));
+  else
+    copy(*use, static_cast<double*>(filled.mutable_data()));
+}
+
 py::list handle_dicts(PySimulation& py_simulation) {
   py::list all;
   for (const ParticleHandle& one : py_simulation.now()->handles()) {
@@ -143,9 +162,42 @@ void add_state(Class& simulation) {
           "are left out, with their mass, and to hold the new ones where they are. All is laid out anew, which takes "
           "as\n"
           "long as the set-up. Pins on keyframes or with a release are not named, and stay. Refused: a scene that has\n"
-          "torn, a body that is pinned altogether or has long_range and no pin, and particles that rigid attachments "
+          "torn, a body that has long_range and no pin, and particles that rigid attachments "
           "or pins on\n"
           "keyframes or with a release hold or have held.")
+      .def(
+          "copy_positions",
+          [](PySimulation& s, const py::array& out) {
+            copy_into(s, out, "copy_positions", [](const Simulation& of, auto* to) { of.copy_positions(to); });
+            return out;
+          },
+          "out"_a,
+          "Writes the positions (m) into an array (N, 3) of float32 or float64, without an allocation, and returns it.")
+      .def(
+          "copy_velocities",
+          [](PySimulation& s, const py::array& out) {
+            copy_into(s, out, "copy_velocities", [](const Simulation& of, auto* to) { of.copy_velocities(to); });
+            return out;
+          },
+          "out"_a, "The same with the velocities (m/s).")
+      .def(
+          "copy_normals",
+          [](PySimulation& s, const py::array& out) {
+            copy_into(s, out, "copy_normals", [](const Simulation& of, auto* to) { of.copy_normals(to); });
+            return out;
+          },
+          "out"_a,
+          "The same with unit normals: means over the faces around a particle by area; (0, 0, 0) where there is none.")
+      .def(
+          "set_forces",
+          [](PySimulation& s, const py::object& given) {
+            const std::vector<Vec3> forces = given.is_none() ? std::vector<Vec3>{} : rows_of(given, "forces");
+            s.now()->set_forces(forces);
+          },
+          "forces"_a,
+          "Sets the force on each particle, (N, 3) in N, which acts in every substep until others are set; None: no "
+          "forces.\n"
+          "save_state() and checkpoints do not contain them.")
       .def_property_readonly(
           "inverse_masses", [](PySimulation& s) { return array_of(s.now()->inverse_masses()); },
           "float64 (N,), 1/kg: 0 where a particle is held now, by a pin or by hand.")
@@ -178,9 +230,16 @@ void add_state(Class& simulation) {
           "lines", [](PySimulation& s) { return array_of(s.now()->model().render_mesh.lines); },
           "int32 (L, 2), particles: edges that belong to no face.")
       .def_property_readonly("bodies", &bodies_of, "A list of Body, in the scene's order.")
-      .def_property_readonly(
-          "scene", [](PySimulation& s) { return Scene(s.now()->model().scene); },
-          "The scene, with the gravity and wind that were set last.")
+      .def_property(
+          "scene", [](PySimulation& s) { return Scene(s.now()->scene()); },
+          [](PySimulation& s, const py::object& given) {
+            const Scene scene = scene_of(given, py::none());
+            s.compute([&](Simulation& of) { of.set_scene(scene); });
+          },
+          "The scene, with the gravity and wind that were set last. Assign another one to change masses, stiffness,\n"
+          "compliance, moduli and other settings between steps, and to add and remove bodies: those of the same name "
+          "and\n"
+          "number of particles keep their state. All is laid out anew, which takes as long as the set-up.")
       .def_property_readonly(
           "state_hash", [](PySimulation& s) { return hex(s.now()->state_hash()); },
           "16 hexadecimal digits, as in report.json: equal runs have equal hashes.");

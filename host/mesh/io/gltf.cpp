@@ -40,24 +40,28 @@ Affine map_of(const GltfPlace& place) {
   return map;
 }
 
-/// The maps from nodes to the world, followed by `map`.
-std::vector<Affine> maps_of_nodes(const GltfScene& file, const GltfPose& pose, const Affine& map) {
-  std::vector<Affine> maps(file.nodes.size());
+/// Sets the maps from nodes to the world, followed by `map`.
+void map_nodes(const GltfScene& file, const GltfPose& pose, const Affine& map, std::vector<Affine>& maps) {
+  maps.resize(file.nodes.size());
   for (std::size_t i = 0; i < maps.size(); ++i) {
     const GltfNode& node = file.nodes[i];
     const Affine& parent = node.parent < 0 ? map : maps[static_cast<std::size_t>(node.parent)];
     maps[i] = parent * (node.matrix ? *node.matrix : map_of(pose.places[i]));
   }
-  return maps;
 }
 
 }  // namespace
 
 void deform(const GltfScene& file, const GltfPose& pose, const Affine& map, std::span<Vec3> points) {
-  const std::vector<Affine> of_nodes = maps_of_nodes(file, pose, map);
-  std::vector<Affine> maps(file.joints.size());
+  GltfMaps memory;
+  deform(file, pose, map, points, memory);
+}
+void deform(const GltfScene& file, const GltfPose& pose, const Affine& map, std::span<Vec3> points, GltfMaps& memory) {
+  map_nodes(file, pose, map, memory.nodes);
+  std::vector<Affine>& maps = memory.joints;
+  maps.resize(file.joints.size());
   for (std::size_t j = 0; j < maps.size(); ++j)
-    maps[j] = of_nodes[static_cast<std::size_t>(file.joints[j].node)] * file.joints[j].inverse_bind;
+    maps[j] = memory.nodes[static_cast<std::size_t>(file.joints[j].node)] * file.joints[j].inverse_bind;
 
   std::ranges::copy(file.points, points.begin());
   for (const GltfTarget& target : file.targets) {
@@ -636,7 +640,8 @@ class Reader {
 
   /// Turns the triangles of what a node without skin mirrors, so that normals still point outwards.
   void flip_mirrored() {
-    const std::vector<Affine> maps = maps_of_nodes(out_, out_.rest, {});
+    std::vector<Affine> maps;
+    map_nodes(out_, out_.rest, {}, maps);
     Polygons& all = out_.triangles;
     for (std::size_t c = 0; c < all.corners.size(); c += 3) {
       const int first = out_.influence_begin[std::size_t(all.corners[c])];

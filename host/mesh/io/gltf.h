@@ -95,7 +95,12 @@ GltfScene read_gltf_scene(const std::string& file, std::string_view data, Attrib
 /// Leaves only these vertices, in this order, and no triangles.
 void select_vertices(GltfScene& file, std::span<const int> vertices);
 
+/// Memory of deform(), which later calls use again.
+struct GltfMaps {
+  std::vector<Affine> nodes, joints;
+};
 /// The positions of all vertices (m) in a pose, mapped by `map`.
+void deform(const GltfScene& file, const GltfPose& pose, const Affine& map, std::span<Vec3> points, GltfMaps& memory);
 void deform(const GltfScene& file, const GltfPose& pose, const Affine& map, std::span<Vec3> points);
 
 }  // namespace malha

@@ -261,7 +261,7 @@ ClassLayout lay_out_classes(const std::vector<std::uint8_t>& class_of) {
 bool should_use_runs(int contiguous, int constraints) { return constraints > 0 && 10 * contiguous >= 7 * constraints; }
 
 Cut cut_into_patches(const std::vector<ConstraintSet>& sets, const std::vector<Edge>& edges,
-                     const std::vector<int>& component, int threads, const PatchBounds& bounds) {
+                     const std::vector<int>& component, const OpenMP& threads, const PatchBounds& bounds) {
   const int particles = static_cast<int>(component.size());
   const Spans spans(sets, particles);
   const std::vector<int> islands = find_islands(component, spans.crossing);
@@ -289,7 +289,7 @@ Cut cut_into_patches(const std::vector<ConstraintSet>& sets, const std::vector<E
     fits = true;
     for (int k = 0; k < count; ++k)
       if (overflows[k] && size[k] > bounds.min_particles) size[k] /= 2, fits = false;
-    if (fits) parallel_tasks(OpenMP{threads}, patches.count(), sort);
+    if (fits) parallel_tasks(threads, patches.count(), sort);
   }
   patches.begin = merge_islands(patches.begin, islands, has_runs, std::min(least_size(particles, bounds), slots));
   std::vector<std::uint8_t> class_of;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "host/mesh/compressed_lists.h"
+#include "kernels/parallel/compute.h"
 #include "malha/mesh.h"
 
 namespace malha {
@@ -46,7 +47,7 @@ struct Cut {
 /// component of each particle, ascending. `edges` are all edges of the meshes, including those between pinned
 /// particles, so that a pinned row is sorted like the others. The result is the same for any number of threads.
 Cut cut_into_patches(const std::vector<ConstraintSet>& sets, const std::vector<Edge>& edges,
-                     const std::vector<int>& component, int threads = 1, const PatchBounds& bounds = {});
+                     const std::vector<int>& component, const OpenMP& threads = 1, const PatchBounds& bounds = {});
 
 /// The patch that owns each constraint: the lowest patch of its particles, unless that has too many foreign particles
 /// to number. `foreign` counts, for each patch, the particles of other patches that its constraints use; it is
