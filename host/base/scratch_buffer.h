@@ -5,14 +5,16 @@
 
 namespace malha {
 
-/// An array of at least the requested size. It grows by an eighth more and never shrinks; growing discards its content.
+/// An array of at least the requested size. It starts with an eighth more, grows by half of it more and never shrinks;
+/// growing discards its content.
 template <class Executor, class T>
 class ScratchBuffer {
  public:
   T* at_least(std::size_t count) {
     if (count > items_.size()) {
+      const std::size_t more = count / (items_.size() > 0 ? 2 : 8);
       items_ = {};
-      items_ = Array<Executor, T>(count + count / 8, T{});
+      items_ = Array<Executor, T>(count + more, T{});
     }
     return items_.data();
   }

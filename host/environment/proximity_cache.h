@@ -24,7 +24,9 @@ struct CapacityPlan {
     const bool wide = size > 4 * needed + 32 * static_cast<std::size_t>(spare);
     compacts = count.freed > count.used / 4 + spare || used + added > size || wide;
     reallocates = needed > size || wide;
-    capacity = needed + needed / 8 + (more > 0 ? static_cast<std::size_t>(spare / 2) : 0);
+    // What has grown before grows again: by so much that few steps do it.
+    capacity =
+        needed + needed / (needed > size && size > 0 ? 2 : 8) + (more > 0 ? static_cast<std::size_t>(spare / 2) : 0);
   }
 };
 

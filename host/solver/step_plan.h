@@ -19,10 +19,10 @@ enum class Stage : unsigned char {
   MoveHandles,         // those of the user
   Damp,                // before gravity, which is uniform: the rigid part of the motion has all of it
   Wind,                // changes v
-  ApplyForces,         // those that a program sets, on v
+  ApplyForces,         // those that a program sets: v, and p where the filter does not have them
   MeasureMomenta,      // of free bodies, before patch solves over which they are compared
   Predict,             // v and p from the forces: gravity, or Desbrun's filtered ones
-  PredictWind,         // adds to p what wind and forces gave to v, where the filter does not have them
+  PredictWind,         // adds to p what the wind gave to v, where the filter does not have it
   FilterBending,       // p: backward Euler of bending that is not projected
   SolveSubstep,        // patch solves that predict, project and update the state
   DetectContacts,      // with environment meshes

@@ -335,8 +335,8 @@ class TimeStepper : public Solver {
     if (is_timed(executor_) || plan_.recorded != Recorded::Steps) return work();
     const auto key = [&] {  // of the parameters of launches that may change between steps
       const Wind wind = model_.scene.wind.value_or(Wind{});
-      return part + key_from(layouts_, closing_time(0), model_.scene.gravity, wind.velocity, wind.drag, wind.density,
-                             wind.drag_coefficient, wind.lift_coefficient);
+      return part + key_from(layouts_, features_.forces, closing_time(0), model_.scene.gravity, wind.velocity,
+                             wind.drag, wind.density, wind.drag_coefficient, wind.lift_coefficient);
     };
     repeated(executor_, recorded_, key, work);
   }
@@ -423,6 +423,8 @@ class TimeStepper : public Solver {
         if (!features_.forces) return;  // a callback might have set some
         return timed(Pass::Prediction, [&] {
           parallel_for(executor_, all.count, ApplyForces<R>{all, forces_.points(), R(h)});
+          if (features_.filter && !features_.filtered_wind)  // they follow the prediction
+            parallel_for(executor_, all.count, Predict<R>{all, R(h), {R(0), R(0), R(0)}});
         });
       case Stage::MeasureMomenta:
         return begins_comparison() ? measure_momenta() : void();

@@ -115,5 +115,24 @@ TEST(Pins, MayHoldAWholeBody) {
     }
 }
 
+TEST(Pins, MayHoldAWholeBodyForAWhile) {
+  for (const char* method : {"pbd", "desbrun"}) {
+    BodySpec ball = body("ball", SphereShape{0.5, 2}, {stiff("distance", {"edges"}), compliant("pressure", 1e-6)});
+    Scene scene = scene_of({ball}, kEarth, 0.01, 4);
+    scene.solver.type = method;
+    Simulation simulation(scene, {.threads = 1});
+    simulation.step();
+    const std::vector<Vec3> before = simulation.positions();
+    std::vector<int> all;
+    for (const Vec3& x : before) all.push_back(static_cast<int>(&x - before.data()));
+    simulation.set_pins(all);
+    for (int step = 0; step < 10; ++step) simulation.step();
+    EXPECT_EQ(simulation.positions(), before) << method;
+    simulation.set_pins({});
+    for (int step = 0; step < 10; ++step) simulation.step();
+    EXPECT_LT(simulation.positions()[0][1], before[0][1] - 0.04) << method;
+  }
+}
+
 }  // namespace
 }  // namespace malha

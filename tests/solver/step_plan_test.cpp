@@ -46,7 +46,7 @@ StepFeatures random_features(Random& random) {
   features.pins_move = toss(), features.contacts = toss(), features.objects_move = toss(), features.edges = toss();
   features.self_collision = toss(), features.damping = toss(), features.wind = toss();
   features.closed_seams = toss(), features.shared_seams = features.closed_seams && toss();
-  features.free_bodies = toss(), features.host_ends_iterations = toss();
+  features.free_bodies = toss(), features.host_ends_iterations = toss(), features.forces = toss();
   return features;
 }
 
@@ -63,8 +63,13 @@ TEST(StepPlan, IsLegalWhateverASceneHasAndAUserDoes) {
     ++seen[std::string(name_of(plan.solves))], seen["skips"] += plan.skips_contacts;
     ++seen[std::string(name_of(plan.recorded))];
 
-    // Each stage comes once, in the order of the enumeration; wind may follow the prediction, and is then added to it.
+    // Each stage comes once, in the order of the enumeration; wind and forces may follow the prediction, and are then
+    // added to it.
     std::vector<Stage> sorted = stages;
+    if (features.filter && !features.filtered_wind && lists_stage(stages, Stage::ApplyForces)) {
+      ASSERT_GT(index_of(stages, Stage::ApplyForces), index_of(stages, Stage::Predict));
+      std::erase(sorted, Stage::ApplyForces);
+    }
     if (lists_stage(stages, Stage::PredictWind)) {
       ASSERT_TRUE(index_of(stages, Stage::Predict) + 1 == index_of(stages, Stage::Wind) &&
                   index_of(stages, Stage::Wind) + 1 == index_of(stages, Stage::PredictWind));
@@ -89,6 +94,7 @@ TEST(StepPlan, IsLegalWhateverASceneHasAndAUserDoes) {
                                             {now.handles, Stage::PlaceHandles},
                                             {features.damping, Stage::Damp},
                                             {features.wind, Stage::Wind},
+                                            {features.forces || now.callback, Stage::ApplyForces},
                                             {features.contacts, Stage::DetectContacts},
                                             {features.contacts, Stage::ClampTunnelling},
                                             {features.contacts, Stage::Restitute},
