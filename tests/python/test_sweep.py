@@ -77,6 +77,12 @@ def test_what_is_done_is_not_done_again(tmp_path):
     assert [more[0], more[2]] == first
 
 
+def test_runs_are_made_in_the_order_of_the_rows(tmp_path):
+    rows = table_of(BASE, {"/solver/substeps": [8, 2, 6, 4]}, out=tmp_path)
+    written = sorted(rows, key=lambda row: pathlib.Path(row["path"], "report.json").stat().st_mtime_ns)
+    assert [row["/solver/substeps"] for row in written] == [8, 2, 6, 4]
+
+
 def test_equal_scenes_are_run_once(tmp_path):
     rows = table_of(BASE, [{"/solver/substeps": 4}, {"/solver/substeps": 4}, {}, {"/solver/substeps": 8}], out=tmp_path)
     assert rows[0]["path"] == rows[1]["path"] and rows[2]["path"] == rows[3]["path"] != rows[0]["path"]

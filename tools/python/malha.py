@@ -330,7 +330,9 @@ def sweep(scene, parameters, executor=None, *, out="out/sweep", steps=None, thre
             folders.append(str(out / _name_of(_scene_of(scene, row, paths_from), steps)))
         except InputError as error:
             raise InputError(str(error) if str(error).startswith("sweep: ") else f"sweep: run {number}, {row}: {error}") from None
-    first = {folder: row for folder, row in zip(reversed(folders), reversed(rows))}  # equal scenes are run once
+    first = {}  # in the order of the rows; equal scenes are run once
+    for folder, row in zip(folders, rows):
+        first.setdefault(folder, row)
     found = {folder: _measures_in(_pathlib.Path(folder)) for folder in first if _os.path.isdir(folder)}
     options = {"steps": steps, "threads": threads, "backend": backend}
     lost = None
