@@ -25,6 +25,7 @@ configure() { # FOLDER SOURCES OPTIONS...
 refuses() { # WORDS OPTIONS...
   local words=$1
   shift
+  rm -rf "$scratch/refused"
   if configure "$scratch/refused" "$root" "$@" >"$scratch/said" 2>&1; then
     fault "$*: was not refused"
   elif ! tr --squeeze-repeats ' \n' ' ' <"$scratch/said" | grep --quiet --fixed-strings -- "$words"; then
@@ -62,7 +63,7 @@ if configure "$scratch/other" "$consumer" -D CMAKE_PREFIX_PATH="$scratch/prefix"
 fi
 third_party=$scratch/prefix/share/doc/malha/THIRD_PARTY
 [[ -s $scratch/prefix/share/doc/malha/LICENSE ]] || fault "LICENSE: found none that is installed"
-names=$(sed -n 's/^  \(.*\) (.*)$/\1/p' "$third_party" | paste --serial --delimiters ' ')
+names=$(sed -n '/^====/q; s/^  \(.*\) (.*)$/\1/p' "$third_party" | paste --serial --delimiters ' ')
 [[ $names == Eigen ]] || fault "THIRD_PARTY: found $names; allowed: Eigen"
 grep --quiet 'Mozilla Public License' "$third_party" || fault "THIRD_PARTY: found no text of Eigen's licence"
 

@@ -4,7 +4,7 @@
 # Installs BUILD into a scratch prefix; configures, builds and runs tools/examples against it, with the compiler's
 # default instruction set (FLAGS are the sanitizers', which all parts of a program must share). The C++ of README.md is
 # built so, too. PYTHON, if it is not empty, imports the module from FOLDER below the prefix. The links of the installed
-# pages must lead to files.
+# pages must lead to files; licences and completion are installed with them.
 set -euo pipefail
 root=${1:?} build=${2:?} generator=${3:?} compiler=${4:?} flags=${5#flags=} python=${6#python=} folder=${7#folder=}
 scratch=$(mktemp -d)
@@ -44,6 +44,14 @@ cmake --build "$scratch/page/build"
 }
 "$root/tests/pages.sh" "$scratch/prefix/share/doc/malha" links
 "$scratch/prefix/bin/malha" --help >/dev/null
+for name in Eigen nlohmann-json stb three.js CLI11; do  # which every build with tests has
+  grep --quiet "^==== $name (" "$scratch/prefix/share/doc/malha/THIRD_PARTY" ||
+    { echo "THIRD_PARTY: found no licence of $name"; exit 1; }
+done
+for file in doc/malha/LICENSE bash-completion/completions/malha zsh/site-functions/_malha \
+  fish/vendor_completions.d/malha.fish; do
+  [[ -s $scratch/prefix/share/$file ]] || { echo "share/$file: is not installed"; exit 1; }
+done
 if [[ -e "$build/malha_measures" ]]; then "$scratch/prefix/bin/malha" bench --help >/dev/null; fi
 if [[ -n "$python" ]]; then
   PYTHONPATH=$scratch/prefix/$folder "$python" -c "

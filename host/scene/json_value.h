@@ -14,10 +14,17 @@
 
 namespace malha {
 
+/// A key and its value. It is a template because the value's class needs it before that class is complete.
+template <class Value>
+struct JsonMember {
+  std::string key;
+  Value value;
+};
+
 /// Null, true or false, a number, a string, a list, or an object whose keys keep their order.
 class JsonValue {
  public:
-  struct Member;
+  using Member = JsonMember<JsonValue>;
 
   JsonValue() = default;
   JsonValue(std::same_as<bool> auto value) : value_(value) {}
@@ -85,11 +92,6 @@ class JsonValue {
   void write(std::string& text, std::optional<std::size_t> depth) const;
 
   std::variant<std::monostate, bool, std::int64_t, double, std::string, List, Members> value_;
-};
-
-struct JsonValue::Member {
-  std::string key;
-  JsonValue value;
 };
 
 /// The JSON pointer (RFC 6901) of a key or index below `pointer`.
