@@ -45,7 +45,7 @@ void add_results(CLI::App& command, Arguments& arguments) {
       ->excludes(steps);
   add_checked(command, "--every", arguments.every, whole_number(0, most), "N", "A frame every N steps; 0 writes none");
   add_list(command, "--format", arguments.formats, one_of(kFrameFormats),
-           "Frames as vtp (ParaView), pc2 (Blender, Maya), glb (glTF), ply, obj; several with commas");
+           "Frames as vtp (ParaView), pc2 (Blender, Maya), glb (glTF), usda (USD), ply, obj; several with commas");
   CLI::Option* picture =
       command.add_flag("--picture", arguments.picture, "Ray-traced pictures of the end and of six moments");
   picture->disable_flag_override();

@@ -40,6 +40,8 @@ FrameTopology FrameVertices::topology(const Model& model) const {
     builder.add_body(begin, static_cast<int>(end), faces_of(render_mesh, b));
   }
 
+  builder.name_environment();
+
   std::vector<bool> drawn(count(), false), used(particles_, false);
   const auto use = [&](const auto& corners) {
     for (const int vertex : corners) {

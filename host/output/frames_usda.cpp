@@ -81,8 +81,10 @@ class UsdaWriter {
     if (!topology_.materials.empty()) add_materials();
     for (std::size_t m = 0; m < topology_.meshes.size(); ++m) add_mesh(m, identifier(topology_.meshes[m].name, names));
     std::size_t moving = 0, begin = topology_.rest.size();
-    for (const EnvironmentMesh& object : topology_.environment) {
-      add_object(object, identifier(object.spec.name, names), moving, begin);
+    for (std::size_t e = 0; e < topology_.environment.size(); ++e) {
+      const EnvironmentMesh& object = topology_.environment[e];
+      const std::string& name = topology_.environment_names[e];
+      add_object(object, name, identifier(name, names), moving, begin);
       if (moves_rigidly(object)) ++moving;
       if (deforms(object)) begin += object.mesh.points.size();
     }
@@ -286,13 +288,14 @@ class UsdaWriter {
 
   /// Writes an object of the environment: at rest, moving rigidly as object `moving` of the part, or with vertices from
   /// `begin` on there.
-  void add_object(const EnvironmentMesh& object, const std::string& name, std::size_t moving, std::size_t begin) const {
+  void add_object(const EnvironmentMesh& object, const std::string& shown_name, const std::string& name,
+                  std::size_t moving, std::size_t begin) const {
     std::vector<int> counts, corners;
     for (const Quad& face : object.mesh.faces) {
       counts.push_back(is_triangle(face) ? 3 : 4);
       corners.insert(corners.end(), face.begin(), face.begin() + counts.back());
     }
-    begin_prim("Mesh", name, object.spec.name);
+    begin_prim("Mesh", name, shown_name);
     line("    uniform token subdivisionScheme = \"none\"\n    uniform bool doubleSided = 1");
     line("    int[] faceVertexCounts = " + list_of(counts));
     line("    int[] faceVertexIndices = " + list_of(corners));

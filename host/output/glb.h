@@ -32,7 +32,8 @@ struct GlbVertices {
   std::vector<int> point;                // of each vertex
   std::vector<std::size_t> begin;        // first vertex of each mesh, then their number
   std::vector<std::uint32_t> of_corner;  // vertex of each polygon's corner, counted in its mesh
-  std::vector<std::array<float, 2>> uv;  // of each vertex; empty: none has any
+  std::vector<std::array<float, 2>> uv;  // of each vertex; (0, 1) where a mesh has none
+  std::vector<bool> has_uv;              // of each mesh
 
   /// Gathers the points of a mesh.
   std::vector<Vec3> gathered(std::size_t mesh, std::span<const Vec3> points) const;

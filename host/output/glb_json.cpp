@@ -70,11 +70,11 @@ GlbVertices glb_vertices(const FrameTopology& topology) {
         }
         all.of_corner.push_back(vertex);
       }
-    if (!polygons.uv.empty())
-      for (const int own : uv) {
-        const auto [u, v] = own < 0 ? std::array<double, 2>{} : polygons.uv[static_cast<std::size_t>(own)];
-        all.uv.push_back({static_cast<float>(u), static_cast<float>(1 - v)});
-      }
+    all.has_uv.push_back(std::ranges::any_of(uv, [](int own) { return own >= 0; }));
+    for (const int own : uv) {
+      const auto [u, v] = own < 0 ? std::array<double, 2>{} : polygons.uv[static_cast<std::size_t>(own)];
+      all.uv.push_back({static_cast<float>(u), static_cast<float>(1 - v)});
+    }
   }
   all.begin.push_back(all.point.size());
   return all;
@@ -309,8 +309,7 @@ class Writer {
     const std::vector<Elements> elements = elements_by_mesh(topology_, vertices_);
     for (std::size_t m = 0; m < topology_.meshes.size(); ++m) {
       const std::size_t begin = vertices_.begin[m], count = vertices_.begin[m + 1] - begin;
-      const auto uv =
-          std::span(vertices_.uv).subspan(vertices_.uv.empty() ? 0 : begin, vertices_.uv.empty() ? 0 : count);
+      const auto uv = std::span(vertices_.uv).subspan(begin, vertices_.has_uv[m] ? count : 0);
       add_deforming_node(topology_.meshes[m].name, centred(vertices_.gathered(m, topology_.rest)), elements[m], begin,
                          body_colour(topology_.meshes[m].body), uv);
     }
@@ -318,14 +317,15 @@ class Writer {
 
   void add_environment() {
     std::size_t moving = 0, begin = vertices_.point.size();
-    for (const EnvironmentMesh& object : topology_.environment) {
+    for (std::size_t e = 0; e < topology_.environment.size(); ++e) {
+      const EnvironmentMesh& object = topology_.environment[e];
       Elements elements;
       for (const Quad& face : object.mesh.faces) {
         std::vector<std::uint32_t> corners;
         for (int k = 0; k < (is_triangle(face) ? 3 : 4); ++k) corners.push_back(static_cast<std::uint32_t>(face[k]));
         add_triangles(elements.triangles[-1], corners, object.mesh.points);
       }
-      const std::string name = printable(object.spec.name);
+      const std::string& name = topology_.environment_names[e];
       const CentredPoints at_start = centred(object.mesh.points);
       if (deforms(object)) {
         add_deforming_node(name, at_start, elements, begin, stone_colour());

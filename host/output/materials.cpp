@@ -125,6 +125,8 @@ MaterialLook look_of(const FrameMaterial& material) {
     if (keyword == "map_Kd")
       look.picture = (found->folder / rest.substr(begin_of_path(rest))).lexically_normal().string();
   }
+  for (double& x : look.colour) x = std::clamp(x, 0.0, 1.0);
+  look.opacity = std::clamp(look.opacity, 0.0, 1.0);
   return look;
 }
 

@@ -87,6 +87,11 @@ void TopologyBuilder::add_body(int begin, int end, const std::vector<Quad>& face
   ++body_;
 }
 
+void TopologyBuilder::name_environment() {
+  for (const EnvironmentMesh& object : all_.environment)
+    all_.environment_names.push_back(unique_name(printable(object.spec.name), mesh_names_));
+}
+
 void TopologyBuilder::add_mesh(const std::string& name, int begin) {
   all_.meshes.push_back({unique_name(printable(name), mesh_names_), static_cast<int>(body_), begin,
                          static_cast<int>(all_.polygons.count())});

@@ -23,6 +23,9 @@ class TopologyBuilder {
   /// InputError for a mesh file that cannot be read again or has other vertices now.
   void add_body(int begin, int end, const std::vector<Quad>& faces);
 
+  /// Names the objects of the environment, after all bodies.
+  void name_environment();
+
  private:
   /// A body's mesh file.
   struct Source {

@@ -154,7 +154,7 @@ class Blender : public testing::Test {
 TEST_F(Blender, PlaysTheRunOnTheObjectsThatWereExportedAndChangesNothingElseOfThem) {
   simulate();
   blend(folder_ / "garment.blend", kScript,
-        {"apply", folder_ / "out/frames", "--rate", "50", "--save", folder_ / "animated.blend", "--render",
+        {"apply", folder_ / "out/frames", "--save", folder_ / "animated.blend", "--render",
          folder_ / "frame.png", "--frame", "10", "--size", "64", "36"});
   blend("", folder_.write("look.py", kLook),
         {folder_ / "garment.blend", folder_ / "animated.blend", folder_ / "found.json", std::to_string(kLast + 1)});

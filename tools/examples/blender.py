@@ -3,13 +3,14 @@
 
   blender -b garment.blend -P blender.py -- export garment.obj [--objects Cape Hood]
   malha run scene.json --format pc2 --out out/garment
-  blender -b garment.blend -P blender.py -- apply out/garment/frames [--rate 60] [--save FILE] [--render FILE --frame N]
+  blender -b garment.blend -P blender.py -- apply out/garment/frames [--save FILE] [--render FILE --frame N]
 
 Objects keep their vertices, texture coordinates, materials and other modifiers: each gets a modifier Mesh Cache, first
 of its modifiers, that reads its file points_NAME.pc2. Its transform is set to the identity, because malha's places are
 those of the world.
 """
 import argparse
+import json
 import math
 import pathlib
 import struct
@@ -21,25 +22,35 @@ from mathutils import Vector
 MODIFIER = "malha"
 
 
-def stem(name):
-    """The name as malha writes it into names of files."""
-    name = "_" + name if not name or name[0] == "." else name
-    return "".join("_" if ord(letter) < 32 or letter in '/\\:*?"<>|' else letter for letter in name)
-
-
 def meshes(names):
-    found = [one for one in bpy.context.scene.objects if one.type == "MESH" and (not names or one.name in names)]
-    missing = set(names or ()) - {one.name for one in found}
+    """The visible meshes, or those of these names."""
+    there = {one.name: one for one in bpy.context.scene.objects if one.type == "MESH"}
+    missing = [name for name in names or () if name not in there]
     if missing:
-        sys.exit(f"no mesh {', '.join(sorted(missing))}; there are: {', '.join(one.name for one in meshes(None))}")
-    return found
+        sys.exit(f"found no mesh {', '.join(missing)}; allowed: {', '.join(sorted(there))}")
+    return [one for one in there.values() if (one.name in names if names else one.visible_get())]
+
+
+def exported(name):
+    """The name of an object as Blender's exporter writes it."""
+    return name.replace(" ", "_")
 
 
 def export(given):
     for one in bpy.context.scene.objects:
         one.select_set(False)
-    for one in meshes(given.objects):
+    chosen = meshes(given.objects)
+    names = [exported(one.name) for one in chosen]
+    for one in chosen:
+        if names.count(exported(one.name)) > 1:
+            sys.exit(f"found several objects that the file would call {exported(one.name)}; allowed: names that differ")
+        one.hide_set(False)
+        one.hide_viewport = False
         one.select_set(True)
+        if not one.select_get():
+            sys.exit(f"found {one.name} in a collection that is hidden; allowed: objects that can be selected")
+    if not chosen:
+        sys.exit("found no visible mesh; allowed: one or more, or names by --objects")
     # Y is up in malha; modifiers would change the vertices, and triangles the polygons.
     bpy.ops.wm.obj_export(filepath=str(pathlib.Path(given.file).absolute()), export_selected_objects=True,
                           apply_modifiers=False, export_triangulated_mesh=False, export_normals=False, export_uv=True,
@@ -55,23 +66,70 @@ def header(path):
     return points, first, frames
 
 
+def caches(folder):
+    """The point cache of each mesh of a run, by the mesh's name: rest.obj has the names, in the order of the files."""
+    rest = folder / "rest.obj"
+    if not rest.exists():
+        sys.exit(f"{folder}: found no rest.obj; allowed: the frames of a run with --format pc2")
+    found, taken = {}, set()
+    for line in rest.read_text(errors="surrogateescape").splitlines():
+        if not line.startswith("o "):
+            continue
+        name = line[2:]
+        stem = "_" + name if name[0] == "." else name
+        stem = "".join("_" if ord(letter) < 32 or letter in '/\\:*?"<>|' else letter for letter in stem)
+        while stem in taken:
+            stem += "_"
+        taken.add(stem)
+        found[name] = folder / f"points_{stem}.pc2"
+    return found
+
+
+def rate_of(folder):
+    """Frames in a second, by the report of the run beside the frames."""
+    report = folder.parent / "report.json"
+    try:
+        scene = json.loads(report.read_text())["input"]["scene"]
+        return 1 / (scene["solver"]["dt"] * scene["outputs"]["frames"]["every"])
+    except (OSError, ValueError, KeyError, ZeroDivisionError):
+        sys.exit(f"{report}: found no scene with frames; allowed: --rate")
+
+
 def put_first(one, modifier):
     with bpy.context.temp_override(object=one):
         bpy.ops.object.modifier_move_to_index(modifier=modifier.name, index=0)
 
 
+def moves(one):
+    """True if keyframes or drivers move the object or what it hangs on, which a transform of its own cannot undo."""
+    while one:
+        if one.animation_data and (one.animation_data.action or one.animation_data.drivers):
+            return True
+        one = one.parent
+    return False
+
+
 def apply(given):
     folder = pathlib.Path(given.frames).absolute()
-    found = 0
-    for one in meshes(None):
-        # Blender's exporter writes a blank in a name as _.
-        paths = [folder / f"points_{stem(name)}.pc2" for name in (one.name, one.name.replace(" ", "_"))]
-        path = next((path for path in paths if path.exists()), None)
-        if not path:
-            continue
-        points, first, frames = header(path)
+    there = caches(folder)
+    chosen = [(one, there.get(one.name) or there.get(exported(one.name))) for one in meshes(given.objects)
+              if given.objects or one.name in there or exported(one.name) in there]
+    if not chosen or not all(path for _, path in chosen):
+        sys.exit(f"{folder}: found caches of {', '.join(there)}; allowed: those of the objects here, "
+                 + ", ".join(one.name for one in meshes(given.objects)))
+    by_path = {}
+    for one, path in chosen:
+        if by_path.setdefault(path, one) is not one:
+            sys.exit(f"{path}: found the objects {by_path[path].name} and {one.name}; allowed: one, by --objects")
+        points, _, _ = header(path)
         if points != len(one.data.vertices):
-            sys.exit(f"{path}: {points} points; the mesh of {one.name} has {len(one.data.vertices)} vertices")
+            sys.exit(f"{path}: found {points} points; allowed: {len(one.data.vertices)}, the vertices of {one.name}")
+        if moves(one):
+            sys.exit(f"{one.name}: found a transform that is animated; allowed: none, because places are of the world")
+    rate = given.rate or rate_of(folder)
+    scene = bpy.context.scene
+    for one, path in chosen:
+        points, first, frames = header(path)
         old = one.modifiers.get(MODIFIER)
         if old:
             one.modifiers.remove(old)
@@ -81,13 +139,10 @@ def apply(given):
         cache.time_mode, cache.play_mode, cache.frame_start, cache.interpolation = "FRAME", "SCENE", first, "LINEAR"
         put_first(one, cache)
         one.matrix_world.identity()
-        scene = bpy.context.scene
         scene.frame_start, scene.frame_end = 0, max(int(first) + frames - 1, 0)
-        found += 1
         print(f"{one.name}: {frames} frames of {points} vertices from {path.name}")
-    if not found:
-        sys.exit(f"{folder}: no points_NAME.pc2 of an object of this file")
-    bpy.context.scene.render.fps = given.rate
+    scene.render.fps = max(round(rate), 1)
+    scene.render.fps_base = scene.render.fps / rate
     if given.save:
         bpy.ops.wm.save_as_mainfile(filepath=str(pathlib.Path(given.save).absolute()))
     if given.render:
@@ -128,10 +183,11 @@ def main():
     commands = parser.add_subparsers(dest="command", required=True)
     out = commands.add_parser("export", help="writes objects as OBJ with their names, texture coordinates, materials")
     out.add_argument("file")
-    out.add_argument("--objects", nargs="+", help="names of objects; all meshes if none are given")
+    out.add_argument("--objects", nargs="+", help="names of objects; all visible meshes if none are given")
     back = commands.add_parser("apply", help="plays the frames of a run on the objects")
     back.add_argument("frames", help="the folder of points_NAME.pc2")
-    back.add_argument("--rate", type=int, default=60, help="frames of the run in a second: 1 / (every * dt)")
+    back.add_argument("--objects", nargs="+", help="names of objects; all that the run has if none are given")
+    back.add_argument("--rate", type=float, help="frames in a second; by default those of ../report.json")
     back.add_argument("--save", help="a .blend file")
     back.add_argument("--render", help="a picture of one frame, by Cycles")
     back.add_argument("--frame", type=int, default=0)
