@@ -25,8 +25,7 @@ std::string full_scene() {
      "velocity": [1, 2, 3], "spin": [4, 5, 6], "damping": 0.5,
      "constraints": [
        {"type": "distance", "elements": ["edges", "shear"], "stiffness": 0.5, "rest_scale": 1.1},
-       {"type": "distance_limit", "elements": ["shear"], "compliance": 1e-7, "limit": 0.2,
-        "map": {"picture": "meshes/x.png", "channel": "blue", "range": [0.5, 2]}},
+       {"type": "distance_limit", "elements": ["shear"], "compliance": 1e-7, "limit": 0.2},
        {"type": "bending", "stiffness": 0.25, "rest_scale": 0},
        {"type": "pressure", "compliance": 0, "volume_ratio": 1.2, "with": ["ball"]}]},
     {"name": "sheet", "shape": {"grid": {"size": [1, 2], "cells": [16, 8]}}, "mass": 0.3,
@@ -50,10 +49,11 @@ std::string full_scene() {
      "tear": {"strain": 0.4}},
     {"name": "ball", "shape": {"sphere": {"radius": 0.5, "subdivisions": 3}}, "mass": 1,
      "constraints": [
-       {"type": "distance", "rigidity": 500, "map": {"colours": "alpha"}},
+       {"type": "distance", "rigidity": 500},
        {"type": "isometric_bending", "rigidity": 1e-4, "rest_scale": 0.5},
-       {"type": "membrane", "young_modulus": 40, "poisson_ratio": 0.2},
-       {"type": "plate", "rigidity": 1e-3, "poisson_ratio": 0.3}]},
+       {"type": "membrane", "young_modulus": 40, "poisson_ratio": 0.2,
+        "map": {"picture": "meshes/x.png", "channel": "blue", "range": [0.5, 2]}},
+       {"type": "plate", "rigidity": 1e-3, "poisson_ratio": 0.3, "map": {"colours": "alpha"}}]},
     {"name": "crate", "shape": {"box": {"size": [1, 2, 3], "cells": [1, 2, 3]}}, "material": "gray interlock",
      "rest": {"mesh": "meshes/z.obj"},
      "constraints": [

@@ -66,6 +66,8 @@ class EdgeCollider {
   void append_motion(std::vector<Pose>& motion) const {
     for (const auto& group : groups_) motion.push_back(group.motion());
   }
+  /// Tells whether there are meshes that deform.
+  bool has_deforming() const { return !deforming_.empty(); }
   /// Number of these groups.
   int rigid_groups() const { return static_cast<int>(groups_.size()); }
 

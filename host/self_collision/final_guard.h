@@ -35,7 +35,7 @@ void apply_final_guards(Self& self, Edges& edges, Colliders& collider, Kinematic
   if (self) timed(Pass::SelfCollision, [&] { moved = self->resolve_intersections(all, has_environment_contacts); });
   if (kinematic && (moved || edges)) kinematic->start(all);
 
-  const auto run_in_turns = [&](bool move_with_meshes) {
+  const auto run_in_turns = [&](bool move_with_meshes, bool with_edges) {
     for (int round = 0; round < max_rounds; ++round) {
       bool moved_by_edges = false, moved_by_meshes = false;
       if (self && round > 0)
@@ -43,7 +43,7 @@ void apply_final_guards(Self& self, Edges& edges, Colliders& collider, Kinematic
           moved = self->resolve_intersections(kinematic->with_infinite_mass(all), has_environment_contacts, owners()) ||
                   moved;
         });
-      if (edges)
+      if (edges && with_edges)
         timed(Pass::Edges, [&] { moved_by_edges = edges->resolve_intersections(all, round == 0, marks_from(0)); });
       if (collider && (moved || moved_by_edges))
         timed(Pass::Collision,
@@ -53,12 +53,20 @@ void apply_final_guards(Self& self, Edges& edges, Colliders& collider, Kinematic
     }
     if (self) timed(Pass::SelfCollision, [&] { self->note_intersections(kinematic->with_infinite_mass(all)); });
   };
-  run_in_turns(true);
+  run_in_turns(true, true);
+  // Where edges and corners of a mesh that deforms would push bodies through each other, bodies cross these instead:
+  // their pairs are then left out until they do not cross the mesh any more, but bodies never come apart again.
+  const bool yields = self && edges && edges->has_deforming() && self->has_kinematic_penetration();
+  if (yields) {
+    kinematic->restore_displacements(all);
+    timed(Pass::SelfCollision, [&] { moved = self->resolve_intersections(all, has_environment_contacts) || moved; });
+    run_in_turns(true, false);
+  }
   if (!self || !any_moved_with_mesh || !self->has_kinematic_penetration()) return;
   // A particle that moves with a mesh goes as far as the mesh; one that is only clamped in front of it may leave enough
   // space for all.
   kinematic->restore_displacements(all);
-  run_in_turns(false);
+  run_in_turns(false, !yields);
   // Meshes at rest never force anything through a body: at worst all movable particles stay where the substep began,
   // where nothing intersects.
   if (!self->has_kinematic_penetration() || collider->moves()) return;

@@ -24,8 +24,8 @@ TEST(BenchContact, MeasuresTimeQueriesAndBytes) {
     EXPECT_GT(row["contact_ns_per_particle_and_substep"], 0);
     EXPECT_GT(row["floor_ns_per_particle_and_substep"], 0);
     EXPECT_GT(row["list_queries_per_step"], row["full_queries_per_step"].get<double>());
-    // 24 and 400 bytes, and room in the lists for an eighth more.
-    EXPECT_LE(row["bytes_per_far_particle"], 27);
+    // 24 and 400 bytes, and room in the lists for an eighth more, or for half more of those that have grown again.
+    EXPECT_LE(row["bytes_per_far_particle"], 36);
     EXPECT_LE(row["bytes_per_near_particle"], 450);
     EXPECT_EQ(row["state_hash_after_warm_up"], rows[k / 2 * 2]["state_hash_after_warm_up"]);
   }
