@@ -148,8 +148,13 @@ TEST_F(Clip, ReadsStripsFansAndSeveralPrimitivesInTheirOrder) {
   file.json["meshes"] = {{{"primitives", {primitive(5), primitive(6)}}}};
   file.json["nodes"] = {{{"mesh", 0}}};
   const Mesh mesh = read_mesh(write(file));
-  EXPECT_EQ(mesh.points.size(), 8u);
-  EXPECT_EQ(mesh.faces, (std::vector<Quad>{{0, 1, 2, -1}, {2, 1, 3, -1}, {5, 6, 4, -1}, {6, 7, 4, -1}}));
+  EXPECT_EQ(mesh.points.size(), 4u) << "both primitives have the same attributes, and therefore share vertices";
+  EXPECT_EQ(mesh.faces, (std::vector<Quad>{{0, 1, 2, -1}, {2, 1, 3, -1}, {1, 2, 0, -1}, {2, 3, 0, -1}}));
+  file.json["meshes"][0]["primitives"][1]["attributes"]["POSITION"] =
+      file.floats({0, 0, 1, 1, 0, 1, 0, 1, 1, 1, 1, 1}, "VEC3", 3);
+  const Mesh two = read_mesh(write(file));
+  EXPECT_EQ(two.points.size(), 8u);
+  EXPECT_EQ(two.faces, (std::vector<Quad>{{0, 1, 2, -1}, {2, 1, 3, -1}, {5, 6, 4, -1}, {6, 7, 4, -1}}));
 }
 
 TEST_F(Clip, IsFoundByItsNameOrItsNumber) {

@@ -253,7 +253,7 @@ TEST(ModelRefuses, SolidsThatAreOpenAndEnvironmentsWithoutFaces) {
   EXPECT_EQ(model_refusal(scene_of({body("a", kGrid)}, {obstacle("ground", kGrid, Sides::OneSided)})), "");
   EXPECT_EQ(model_refusal(scene_of({body("a", kGrid)}, {obstacle("b", SphereShape{}), obstacle("rope", ChainShape{})})),
             "test.json: /environment/1/shape/chain: found unknown key 'chain'; allowed: mesh, grid, sphere, box, bar, "
-            "mesh_data, plane, capsule, cylinder, weld");
+            "mesh_data, plane, capsule, cylinder, object, group, weld");
 }
 
 TEST(ModelRefuses, WhatPinsRefuse) {

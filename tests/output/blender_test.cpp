@@ -154,8 +154,8 @@ class Blender : public testing::Test {
 TEST_F(Blender, PlaysTheRunOnTheObjectsThatWereExportedAndChangesNothingElseOfThem) {
   simulate();
   blend(folder_ / "garment.blend", kScript,
-        {"apply", folder_ / "out/frames", "--save", folder_ / "animated.blend", "--render",
-         folder_ / "frame.png", "--frame", "10", "--size", "64", "36"});
+        {"apply", folder_ / "out/frames", "--save", folder_ / "animated.blend", "--render", folder_ / "frame.png",
+         "--frame", "10", "--size", "64", "36"});
   blend("", folder_.write("look.py", kLook),
         {folder_ / "garment.blend", folder_ / "animated.blend", folder_ / "found.json", std::to_string(kLast + 1)});
   const Json found = Json::parse(bytes_of(folder_ / "found.json"));

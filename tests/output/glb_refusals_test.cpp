@@ -23,7 +23,7 @@ TEST(GlbRefuses, EverythingWhereMalhaWasBuiltWithoutTinygltf) {
   const std::string out = (folder / "out").string();
   EXPECT_EQ(refusal([&] { run_quietly(scene_with_glb(1), {.out = out}); }),
             "test.json: /outputs/frames/formats: found glb, and this malha was built without tinygltf (Debian: "
-            "libtinygltf-dev); allowed: vtp, pc2, ply, obj");
+            "libtinygltf-dev); allowed: vtp, pc2, ply, obj, usda");
   EXPECT_FALSE(std::filesystem::exists(out));
 }
 
