@@ -50,6 +50,14 @@ class Deformed {
     const std::vector<Vec3> x = simulation_.positions(), y = at(simulation_.time());
     return through(cloth, x, object, y) + through(object, y, cloth, x);
   }
+  static int through(const Mesh& one, const std::vector<Vec3>& x, const Mesh& other, const std::vector<Vec3>& y) {
+    int count = 0;
+    for (const Triangle& s : triangles(one))
+      for (int k = 0; k < 3; ++k)
+        for (const Triangle& t : triangles(other))
+          count += crosses(x[s[k]], x[s[(k + 1) % 3]], y[t[0]], y[t[1]], y[t[2]]) ? 1 : 0;
+    return count;
+  }
   double fastest() const {
     double most = 0;
     for (const Vec3& v : simulation_.velocities()) most = std::max(most, length(v));
@@ -62,15 +70,6 @@ class Deformed {
     for (const Vec3& x : points_) all.push_back(deformation_(x, time));
     return all;
   }
-  static int through(const Mesh& one, const std::vector<Vec3>& x, const Mesh& other, const std::vector<Vec3>& y) {
-    int count = 0;
-    for (const Triangle& s : triangles(one))
-      for (int k = 0; k < 3; ++k)
-        for (const Triangle& t : triangles(other))
-          count += crosses(x[s[k]], x[s[(k + 1) % 3]], y[t[0]], y[t[1]], y[t[2]]) ? 1 : 0;
-    return count;
-  }
-
   Simulation simulation_;
   std::vector<Vec3> points_;
   Deformation deformation_;
@@ -126,6 +125,53 @@ Deformation waving(double speed, double far) {
     return {x[0] + far * (std::sin(s + phase) - std::sin(phase)), x[1] + 0.5 * far * (1 - std::cos(1.3 * s)),
             x[2] + far * (std::cos(0.7 * s + phase) - std::cos(phase))};
   };
+}
+
+/// Edges of a body that go through triangles of another one.
+int crossings_of_bodies(const Simulation& simulation, std::size_t one, std::size_t other) {
+  const RenderMesh& all = simulation.model().render_mesh;
+  const Mesh a = body_mesh(all, one), b = body_mesh(all, other);
+  const std::vector<Vec3> x = simulation.positions();
+  const auto of = [&](std::size_t body) {
+    return std::vector<Vec3>(x.begin() + all.body_begin[body], x.begin() + all.body_begin[body + 1]);
+  };
+  return Deformed::through(a, of(one), b, of(other)) + Deformed::through(b, of(other), a, of(one));
+}
+
+// Where there is no place for two sheets, these cross the nails, which is counted, and not each other.
+TEST(DeformingEdges, NailsThatRisePushNoSheetThroughAnother) {
+  int pinched = 0;
+  for (int k = 0; k < 6; ++k) {
+    const TemporaryFolder folder;
+    Random random(20 + k);
+    EdgedSolids solids;
+    for (double x = -0.4; x < 0.4; x += 0.12)
+      for (double z = -0.4; z < 0.4; z += 0.12)
+        solids.nail({x + random(-0.02, 0.02), -0.02, z + random(-0.02, 0.02)}, 0.2, 0.02, 4, random(0, 6));
+    const double speed = random(0.5, 1.75);
+    const Deformation rise = [=](const Vec3& x, double t) -> Vec3 {
+      return {x[0], x[1] < -0.1 ? x[1] : x[1] + speed * std::min(t, 0.2) * (1 + 0.5 * std::sin(17 * x[0] + 11 * x[2])),
+              x[2]};
+    };
+    EnvironmentSpec object = solids.deforming_object(folder, rise);
+    object.thickness = 0.004, object.friction = 0.3;
+    const auto sheet = [&](const char* name, double y) {
+      BodySpec body = cloth_above(y, folder.write(std::string(name) + ".obj", irregular_obj(1, 1, 10, 10, 0.3, k)));
+      body.name = name;
+      return body;
+    };
+    Scene scene = scene_of({sheet("lower", 0.01), sheet("upper", 0.03)}, kEarth, 1.0 / 60, k % 2 == 0 ? 10 : 5,
+                           k % 2 == 0 ? Precision::Float : Precision::Double);
+    scene.environment = {object};
+    scene.self_collision = SelfCollision{.thickness = 0.004, .friction = 0.2};
+    Deformed deformed(scene, solids, rise);
+    for (int step = 0; step < 25; ++step) {
+      deformed.step();
+      ASSERT_EQ(crossings_of_bodies(deformed.simulation(), 0, 1), 0) << "case " << k << ", step " << step;
+    }
+    pinched += deformed.simulation().measure().max_pinched;
+  }
+  std::printf("particles without a place: %d\n", pinched);
 }
 
 TEST(DeformingEdges, NailsThatWaveHoldACloth) {
