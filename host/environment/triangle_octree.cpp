@@ -13,6 +13,7 @@ namespace {
 
 constexpr std::size_t kCompared = 6;          // candidates that are compared with all others
 constexpr std::size_t kCellMemory = 1 << 16;  // bytes on the stack, for some 450 triangles
+constexpr std::size_t kLongestMemory = std::size_t{1} << 24;
 constexpr std::size_t kUsualList = 256;
 constexpr int kFinestGrid = 7;        // depth: 16 MiB of virtual memory, allocated page by page on first use
 constexpr double kSideInEdges = 2.5;  // side of the grid's cells, in mean edge lengths
@@ -185,9 +186,10 @@ std::pmr::vector<int> TriangleOctree::candidates_for(const Cube& cube, std::pmr:
 /// at the centre: so a comparison at the corners decides.
 int TriangleOctree::make(int parent, const Cube& cube, const OctreeKey& path) {
   const int depth = parent == 0 ? mesh_.start : cells_[parent].depth + 1;
-  // Cells are made during steps, which allocate nothing: only lists that do not fit here are allocated.
+  // Cells are made during steps, which allocate nothing: longer lists use memory that each thread keeps.
   std::array<std::byte, kCellMemory> bytes;
-  std::pmr::monotonic_buffer_resource memory(bytes.data(), bytes.size());
+  thread_local std::pmr::unsynchronized_pool_resource longer({0, kLongestMemory});  // keeps what it has allocated
+  std::pmr::monotonic_buffer_resource memory(bytes.data(), bytes.size(), &longer);
   std::pmr::vector<int> own(&memory);
   const bool is_split = depth > mesh_.start;
   if (!is_split) own = candidates_for(cube, memory);

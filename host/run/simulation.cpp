@@ -36,7 +36,10 @@ namespace {
 /// Refuses another number of rows than `count`, and numbers whose squares overflow in single precision.
 void require_numbers(const char* what, const std::vector<Vec3>& rows, std::size_t count, const char* each) {
   if (rows.size() != count) refuse(what, "", counted(rows.size(), "row"), std::to_string(count) + ", " + each);
-  for (std::size_t i = 0; i < rows.size(); ++i)
+  int wrong = 0;  // without a branch, so that the loop is vectorised
+  for (const Vec3& row : rows)
+    wrong |= !(std::abs(row[0]) <= 1e18) | !(std::abs(row[1]) <= 1e18) | !(std::abs(row[2]) <= 1e18);
+  for (std::size_t i = 0; wrong != 0 && i < rows.size(); ++i)
     for (const double number : rows[i])
       if (!(std::abs(number) <= 1e18)) refuse(what, "row " + std::to_string(i), shown(number), "numbers up to 1e18");
 }

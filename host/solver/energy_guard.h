@@ -4,6 +4,7 @@
 // constraints stored; many times as much is an explosion, finite or not.
 #pragma once
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <optional>
@@ -137,6 +138,7 @@ class EnergyGuard {
   /// Exempts those of all particles i for which acts(i).
   template <class Acts>
   void exempt_where(const Acts& acts) {
+    if (std::ranges::all_of(groups_, [](const Group& one) { return std::isinf(one.may.always); })) return;
     for (std::size_t i = 0; i < group_of_.size(); ++i)
       if (acts(i)) groups_[group_of_[i]].may.always = std::numeric_limits<double>::infinity();
   }

@@ -113,23 +113,6 @@ TEST_P(StepsOf, AllocateOnlyWhereAListGrowsBeyondAllBefore) {
   }
 }
 
-// The same steps once more: every list has its largest size.
-TEST_P(StepsOf, AllocateNothingTheSecondTime) {
-  const Scene scene = load_shipped(GetParam());
-  if (std::ranges::any_of(scene.bodies, [](const BodySpec& body) { return body.tear.has_value(); }))
-    GTEST_SKIP() << "restoring the state before a tear lays the scene out anew";
-  Simulation simulation(scene, {.threads = 2});
-  const long long steps = std::min(std::llround(scene.duration / scene.solver.dt), 40ll);
-  std::string state;
-  for (long long step = 1; step <= steps; ++step) {
-    simulation.step();
-    if (step == 2) state = simulation.save_state();
-  }
-  simulation.restore_state(state);
-  for (long long step = 3; step <= steps; ++step)
-    EXPECT_EQ(allocations_of([&] { simulation.step(); }), 0) << "step " << step;
-}
-
 INSTANTIATE_TEST_SUITE_P(, StepsOf, testing::ValuesIn(shipped_scenes()),
                          [](const auto& tested) { return tested.param; });
 

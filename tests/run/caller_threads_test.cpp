@@ -20,12 +20,12 @@ namespace malha {
 namespace {
 
 /// Threads that take groups from a list, of any number of callers; a caller takes groups too.
-class Pool {
+class CallerPool {
  public:
-  explicit Pool(int threads) {
+  explicit CallerPool(int threads) {
     for (int t = 0; t < threads; ++t) all_.emplace_back([this] { work(); });
   }
-  ~Pool() {
+  ~CallerPool() {
     {
       const std::lock_guard<std::mutex> lock(mutex_);
       ends_ = true;
@@ -76,7 +76,7 @@ class Pool {
   bool ends_ = false;
 };
 
-std::uint64_t hash_after(const Scene& scene, const SimulationOptions& options, int steps = 12) {
+std::uint64_t hash_of_steps(const Scene& scene, const SimulationOptions& options, int steps = 12) {
   Simulation simulation(scene, options);
   for (int step = 0; step < steps; ++step) simulation.step();
   return simulation.state_hash();
@@ -87,19 +87,19 @@ class OnThreadsOfTheCaller : public testing::TestWithParam<std::string> {};
 // The scenes have patches of several colours, levels, a filter, contacts, self-collision and pressure.
 TEST_P(OnThreadsOfTheCaller, GiveTheBitsOfOpenMP) {
   const Scene scene = load_shipped(GetParam());
-  const std::uint64_t expected = hash_after(scene, {.threads = 2});
-  Pool pool(2);
+  const std::uint64_t expected = hash_of_steps(scene, {.threads = 2});
+  CallerPool pool(2);
   const auto in_pool = [&pool](int groups, const std::function<void(int)>& function) {
     pool.parallel_for(groups, function);
   };
   for (const int threads : {2, 3, 8})
-    EXPECT_EQ(hash_after(scene, {.threads = threads, .parallel_for = in_pool}), expected) << threads;
+    EXPECT_EQ(hash_of_steps(scene, {.threads = threads, .parallel_for = in_pool}), expected) << threads;
   EXPECT_GT(pool.groups(), 0);
   // The groups one after the other, backwards.
   const auto in_line = [](int groups, const std::function<void(int)>& function) {
     while (groups > 0) function(--groups);
   };
-  EXPECT_EQ(hash_after(scene, {.threads = 4, .parallel_for = in_line}), expected);
+  EXPECT_EQ(hash_of_steps(scene, {.threads = 4, .parallel_for = in_line}), expected);
 }
 
 INSTANTIATE_TEST_SUITE_P(, OnThreadsOfTheCaller,
@@ -109,7 +109,7 @@ INSTANTIATE_TEST_SUITE_P(, OnThreadsOfTheCaller,
 
 TEST(CallerThreads, ServeSeveralSimulationsAtOnce) {
   const std::vector<std::string> names{"long_cloth", "folded_sheet", "rotating_sphere"};
-  Pool pool(2);
+  CallerPool pool(2);
   const auto in_pool = [&pool](int groups, const std::function<void(int)>& function) {
     pool.parallel_for(groups, function);
   };
@@ -117,10 +117,10 @@ TEST(CallerThreads, ServeSeveralSimulationsAtOnce) {
   std::vector<std::thread> threads;
   for (std::size_t k = 0; k < names.size(); ++k)
     threads.emplace_back(
-        [&, k] { found[k] = hash_after(load_shipped(names[k]), {.threads = 3, .parallel_for = in_pool}); });
+        [&, k] { found[k] = hash_of_steps(load_shipped(names[k]), {.threads = 3, .parallel_for = in_pool}); });
   for (std::thread& one : threads) one.join();
   for (std::size_t k = 0; k < names.size(); ++k)
-    EXPECT_EQ(found[k], hash_after(load_shipped(names[k]), {.threads = 1})) << names[k];
+    EXPECT_EQ(found[k], hash_of_steps(load_shipped(names[k]), {.threads = 1})) << names[k];
 }
 
 TEST(CallerThreads, RefuseWhatChoosesOtherOnes) {

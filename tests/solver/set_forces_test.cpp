@@ -16,7 +16,7 @@ namespace malha {
 namespace {
 
 /// A sheet of 0.3 kg that hangs from two corners; `type`: of the solver.
-Scene hung_sheet(const std::string& type, const Vec3& gravity, Precision precision = Precision::Double) {
+Scene sheet_by(const std::string& type, const Vec3& gravity, Precision precision = Precision::Double) {
   BodySpec sheet;
   sheet.name = "sheet", sheet.mass = 0.3, sheet.shape = GridShape{{1, 1}, {12, 12}};
   sheet.pins = {ListPin{{0, 12}}};
@@ -27,7 +27,7 @@ Scene hung_sheet(const std::string& type, const Vec3& gravity, Precision precisi
 }
 
 /// The weight of each particle, N.
-std::vector<Vec3> weights(const Simulation& simulation, const Vec3& gravity) {
+std::vector<Vec3> weights_of(const Simulation& simulation, const Vec3& gravity) {
   std::vector<Vec3> all;
   for (const double w : simulation.inverse_masses()) {
     const double mass = w > 0 ? 1 / w : 0;
@@ -62,21 +62,21 @@ TEST(SetForces, AccelerateByTheirMassInEverySubstep) {
 class ForcesBy : public testing::TestWithParam<std::string> {};
 
 TEST_P(ForcesBy, TheWeightOfEachParticleIsAsGoodAsGravity) {
-  Simulation by_gravity(hung_sheet(GetParam(), kEarth), {.threads = 1});
-  Simulation by_forces(hung_sheet(GetParam(), {0, 0, 0}), {.threads = 1});
-  by_forces.set_forces(weights(by_forces, kEarth));
+  Simulation by_gravity(sheet_by(GetParam(), kEarth), {.threads = 1});
+  Simulation by_forces(sheet_by(GetParam(), {0, 0, 0}), {.threads = 1});
+  by_forces.set_forces(weights_of(by_forces, kEarth));
   for (int step = 0; step < 50; ++step) by_gravity.step(), by_forces.step();
-  EXPECT_GT(length(by_gravity.positions().back() - Simulation(hung_sheet(GetParam(), kEarth)).positions().back()), 0.1);
+  EXPECT_GT(length(by_gravity.positions().back() - Simulation(sheet_by(GetParam(), kEarth)).positions().back()), 0.1);
   // Desbrun's filter treats gravity as it does forces only on free bodies, and rounds both differently.
   EXPECT_LT(farthest_apart(by_gravity, by_forces), GetParam() == "pbd" ? 1e-9 : 0.02);
 }
 
 TEST_P(ForcesBy, AgainstTheWeightLeaveAFreeBodyWhereItIs) {
   for (const Precision precision : {Precision::Double, Precision::Float}) {
-    Scene scene = hung_sheet(GetParam(), kEarth, precision);
+    Scene scene = sheet_by(GetParam(), kEarth, precision);
     scene.bodies[0].pins.clear();
     Simulation simulation(scene, {.threads = 1}), start(scene, {.threads = 1});
-    simulation.set_forces(weights(simulation, {0, kG, 0}));
+    simulation.set_forces(weights_of(simulation, {0, kG, 0}));
     for (int step = 0; step < 100; ++step) simulation.step();
     EXPECT_LT(farthest_apart(simulation, start), precision == Precision::Double ? 1e-9 : 1e-3);
   }
@@ -86,12 +86,12 @@ INSTANTIATE_TEST_SUITE_P(, ForcesBy, testing::Values("pbd", "desbrun"),
                          [](const auto& tested) { return tested.param; });
 
 TEST(SetForces, AreAStageOfItsOwnOnlyWhereTheyAreSet) {
-  Simulation simulation(hung_sheet("pbd", kEarth), {.threads = 1});
+  Simulation simulation(sheet_by("pbd", kEarth), {.threads = 1});
   const auto has_stage = [&] {
     return std::ranges::count(simulation.solver().step_plan().substep, Stage::ApplyForces) == 1;
   };
   EXPECT_FALSE(has_stage());
-  simulation.set_forces(weights(simulation, {0, 0, 1}));
+  simulation.set_forces(weights_of(simulation, {0, 0, 1}));
   simulation.step();
   EXPECT_TRUE(has_stage());
   simulation.set_forces({});
@@ -108,13 +108,13 @@ TEST(SetForces, MayBeSetInTheCallbackOfAStep) {
 }
 
 TEST(SetForces, StayAsTheyAreWhereTheLayoutChanges) {
-  const Scene scene = hung_sheet("pbd", {0, 0, 0});
+  const Scene scene = sheet_by("pbd", {0, 0, 0});
   Simulation simulation(scene, {.threads = 1}), alike(scene, {.threads = 1});
-  simulation.set_forces(weights(simulation, kEarth)), alike.set_forces(weights(alike, kEarth));
+  simulation.set_forces(weights_of(simulation, kEarth)), alike.set_forces(weights_of(alike, kEarth));
   std::vector<int> pins = simulation.pins();
   pins.push_back(168);
   simulation.set_pins(pins);
-  alike.set_pins(pins), alike.set_forces(weights(simulation, kEarth));
+  alike.set_pins(pins), alike.set_forces(weights_of(simulation, kEarth));
   simulation.step(), alike.step();
   EXPECT_LT(farthest_apart(simulation, alike), 1e-12);
   EXPECT_LT(simulation.velocities()[80][1], -0.05) << "they act";
@@ -134,7 +134,7 @@ TEST(SetForces, RefuseWhatIsNoForceAParticle) {
 
 TEST(CopiesOfTheState, AreTheValuesOfTheListsWhateverTheStride) {
   for (const Precision precision : {Precision::Double, Precision::Float}) {
-    const Simulation simulation = after(hung_sheet("pbd", kEarth, precision), 0.2);
+    const Simulation simulation = after(sheet_by("pbd", kEarth, precision), 0.2);
     const std::vector<Vec3> x = simulation.positions(), v = simulation.velocities();
     for (const std::size_t stride : {3, 8}) {
       std::vector<float> x_in_float(x.size() * stride, 7), v_in_float = x_in_float;
@@ -151,7 +151,7 @@ TEST(CopiesOfTheState, AreTheValuesOfTheListsWhateverTheStride) {
         }
     }
   }
-  const Simulation simulation(hung_sheet("pbd", kEarth), {.threads = 1});
+  const Simulation simulation(sheet_by("pbd", kEarth), {.threads = 1});
   std::vector<float> to(3 * 169);
   EXPECT_EQ(refusal([&] { simulation.copy_positions(to.data(), 2); }),
             "copy: stride: found 2; allowed: 3 numbers a particle, or more");
