@@ -84,7 +84,7 @@ Fields fields_of(ConstraintSpec& spec, const ConstraintSchema* kind, const std::
   if (accepts)
     fields.push_back(
         written_if(!has_modulus && !spec.compliance, field("stiffness", spec.stiffness, between(0, 1, ""))));
-  if (!kind || kind->has_elements || spec.map) fields.push_back(map_field("map", spec.map, folder));
+  if ((kind && kind->takes_map) || spec.map) fields.push_back(map_field("map", spec.map, folder));
   return fields;
 }
 

@@ -73,8 +73,8 @@ INSTANTIATE_TEST_SUITE_P(
 INSTANTIATE_TEST_SUITE_P(
     Attachments, ParseSceneRefuses,
     testing::Values(
-        Refusal{"PinThatJumps", "/bodies/1/pins/5/motion/0/translate", "[0, 0, 1]", "/bodies/1/pins/5/motion/0"},
-        Refusal{"PinKeyframesOutOfOrder", "/bodies/1/pins/5/motion/1/time", "0.5", "/bodies/1/pins/5/motion/1/time"},
+        Refusal{"PinThatJumps", "/bodies/1/pins/6/motion/0/translate", "[0, 0, 1]", "/bodies/1/pins/6/motion/0"},
+        Refusal{"PinKeyframesOutOfOrder", "/bodies/1/pins/6/motion/1/time", "0.5", "/bodies/1/pins/6/motion/1/time"},
         Refusal{"PinWithoutAPlace", "/bodies/1/pins/0", R"({"release_time": 1})", "/bodies/1/pins/0"},
         Refusal{"PinUtnil", "/bodies/1/pins/0/relaese_time", "1", "/bodies/1/pins/0/relaese_time",
                 "did you mean 'release_time'"},
