@@ -468,11 +468,10 @@ class Reader {
     auto vertices = std::ranges::find_if(shared, [&](const Vertices& other) {
       return other.of->attributes == from.attributes && other.of->targets == from.targets;
     });
-    if (vertices == shared.end()) {
-      shared.push_back(add_vertices(place, from, own, first_joint, skin));
-      vertices = shared.end() - 1;
-    }
+    const bool is_new = vertices == shared.end();
+    if (is_new) shared.push_back(add_points(place, from)), vertices = shared.end() - 1;
     add_triangles(place, from, vertices->begin, vertices->count);
+    if (is_new) add_attributes(place, from, own, first_joint, skin, *vertices);
     Polygons& all = out_.triangles;
     if (attributes_ != Attributes::None)
       for (std::size_t c = all.corner_uv.size(); c < all.corners.size(); ++c)
@@ -480,7 +479,7 @@ class Reader {
     if (attributes_ == Attributes::All) add_names(node, from);
   }
 
-  Vertices add_vertices(const std::string& place, const gltf::Primitive& from, int own, int first_joint, int skin) {
+  Vertices add_points(const std::string& place, const gltf::Primitive& from) {
     const auto begin = static_cast<int>(out_.points.size());
     const auto position = from.attributes.find("POSITION");
     if (position == from.attributes.end()) refuse(place + "/attributes", "no POSITION", "one");
@@ -490,8 +489,15 @@ class Reader {
       refuse(place, "more than " + std::to_string(std::size_t{1} << 28) + " vertices", "fewer");
     for (std::size_t v = 0; v < count; ++v)
       out_.points.push_back({points[3 * v], points[3 * v + 1], points[3 * v + 2]});
+    return {&from, begin, count, -1};
+  }
+
+  /// Adds all that the vertices have besides their places.
+  void add_attributes(const std::string& place, const gltf::Primitive& from, int own, int first_joint, int skin,
+                      Vertices& vertices) {
+    const std::size_t count = vertices.count;
     if (attributes_ == Attributes::All) add_colours(place + "/attributes", from, count);
-    const int first_uv = attributes_ == Attributes::None ? -1 : add_texture(place + "/attributes", from, count);
+    if (attributes_ != Attributes::None) vertices.first_uv = add_texture(place + "/attributes", from, count);
     if (out_.influence_begin.empty()) out_.influence_begin.push_back(0);
     if (own >= 0)
       for (std::size_t v = 0; v < count; ++v) {
@@ -501,8 +507,7 @@ class Reader {
     else
       add_influences(place + "/attributes", from, count, first_joint, model_.skins[std::size_t(skin)].joints.size());
     for (std::size_t t = 0; t < from.targets.size(); ++t)
-      add_target(item(place + "/targets", t), from.targets[t], begin, count, static_cast<int>(t));
-    return {&from, begin, count, first_uv};
+      add_target(item(place + "/targets", t), from.targets[t], vertices.begin, count, static_cast<int>(t));
   }
 
   /// Adds the colours of a primitive's vertices; white where it has none and others do.
