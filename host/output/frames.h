@@ -72,7 +72,7 @@ class FrameWriter {
  public:
   /// Makes the folder if it is missing. `next` is the index of the first frame to be written: frames of an earlier run
   /// from there on are removed, those before it are kept (next > 0 continues a run, 0 starts a new one). Throws
-  /// std::runtime_error that names the path: folder or file that cannot be written, or a points.pc2 that does not
+  /// std::runtime_error that names the path: folder or file that cannot be written, or a point cache that does not
   /// continue at `next`; std::invalid_argument for an unknown format.
   FrameWriter(const std::filesystem::path& folder, const std::vector<std::string>& formats,
               const FrameTopology& topology, int next = 0);

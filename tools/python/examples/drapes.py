@@ -82,14 +82,14 @@ def drawn(count, seed=0):
 def store(table, path):
     """Writes the file of the data set, completely or not at all."""
     runs = [pathlib.Path(one) for one in table["path"]]
-    first = read_pc2(runs[0] / "frames" / "points.pc2")
+    first = read_pc2(runs[0] / "frames" / "points_skirt.pc2")
     part = path.with_suffix(".part")
     with h5py.File(part, "w") as file:
         file.attrs["description"], file.attrs["malha"] = __doc__, malha.__version__
         positions = file.create_dataset("positions", (len(runs), *first.shape), "f4", chunks=(1, *first.shape), compression="gzip",
                                         shuffle=True)
         for number, run in enumerate(runs):
-            positions[number] = read_pc2(run / "frames" / "points.pc2")
+            positions[number] = read_pc2(run / "frames" / "points_skirt.pc2")
         file["rest"] = positions[:, 0]
         file["faces"] = pattern(1, 1)[1].astype("i4")
         file["body"] = np.array([figure(*pair) for pair in zip(table["hips"], table["stance"])], "f4")
