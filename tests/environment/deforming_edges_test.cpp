@@ -163,7 +163,8 @@ TEST(DeformingEdges, NailsThatRisePushNoSheetThroughAnother) {
     Scene scene = scene_of({sheet("lower", 0.01), sheet("upper", 0.03)}, kEarth, 1.0 / 60, k % 2 == 0 ? 10 : 5,
                            k % 2 == 0 ? Precision::Float : Precision::Double);
     scene.environment = {object};
-    scene.self_collision = SelfCollision{.thickness = 0.004, .friction = 0.2};
+    scene.self_collision.emplace();
+    scene.self_collision->thickness = 0.004, scene.self_collision->friction = 0.2;
     Deformed deformed(scene, solids, rise);
     for (int step = 0; step < 25; ++step) {
       deformed.step();
