@@ -39,7 +39,7 @@ struct FrameTopology {
   std::vector<int> unused{};        // points that no element uses, but that count in the numbering
   std::vector<FrameMesh> meshes{};  // at least one
   std::vector<FrameMaterial> materials{};          // of the polygons
-  std::vector<std::string> environment_names{};  // of its objects, which no mesh and no other object has
+  std::vector<std::string> environment_names{};    // of its objects, which no mesh and no other object has
   std::span<const EnvironmentMesh> environment{};  // used by "glb" and "usda" alone; it must outlive the writer
 };
 
