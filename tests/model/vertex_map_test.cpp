@@ -151,36 +151,25 @@ TEST_F(VertexMaps, OfOneAreNoMaps) {
   EXPECT_NE(hash(one), plain);
 }
 
-/// A strip that hangs from its upper row is stretched by its weight: twice as stiff, half as much.
-TEST_F(VertexMaps, MakeTheStiffHalfOfASheetGiveWayLess) {
-  const Mesh sheet = sheet_of(13);
-  // Red is 1 on the half of x > 1/2, and 0 on the other.
-  Json one = body(folder_.write("halves.obj", coloured_obj(sheet, [](const Vec3& x) {
-                                  return Vec3{x[0] > 0.5 ? 1.0 : 0.0, 0, 0};
-                                })));
-  one["pins"] = {{{"box", {{"min", {-1, -1, -1}}, {"max", {2, 1, 0.02}}}}}};
-  one["damping"] = 0.2;
-  one["constraints"] = {{{"type", "distance"}, {"rigidity", 40}, {"map", {{"colours", "red"}, {"range", {1, 4}}}}}};
-  Json hung = scene(one);
-  hung["gravity"] = {0, 0, 4}, hung["solver"]["substeps"] = 20, hung["solver"]["levels"] = 1;
-  Simulation simulation(parsed(hung), {.threads = 2});
-  const std::vector<Vec3> start = simulation.positions();
-  for (int k = 0; k < 400; ++k) simulation.step();
-  double soft = 0, stiff = 0;
-  int softs = 0, stiffs = 0;
-  const std::vector<Vec3> end = simulation.positions();
-  for (std::size_t i = 0; i < start.size(); ++i) {
-    if (start[i][2] < 0.98) continue;  // the lower edge
-    const double sag = end[i][2] - start[i][2];
-    if (start[i][0] < 0.2) soft += sag, ++softs;
-    if (start[i][0] > 0.8) stiff += sag, ++stiffs;
-  }
-  ASSERT_GT(softs, 0);
-  ASSERT_GT(stiffs, 0);
-  // Each half alone would sag by density g / (2 Y): 10 mm and 2.5 mm, up to a third off by the directions of its edges;
-  // the halves pull at each other.
-  EXPECT_NEAR(soft / softs, 0.010, 0.004);
-  EXPECT_GT(soft / softs, 2 * stiff / stiffs);
+// A power of two as factor divides the compliance without rounding.
+TEST_F(VertexMaps, OfFourEverywhereAreAModulusFourTimesAsLarge) {
+  Json one = body(coloured());
+  one["pins"] = {{{"particles", {0, 1, 2}}}};
+  const auto hash = [&](const char* type, double rigidity, double factor, const char* bending) {
+    Json of = one;
+    of["constraints"] = {{{"type", "distance"}, {"compliance", 1e-4}}, {{"type", type}, {"rigidity", rigidity}}};
+    if (factor != 1) of["constraints"][1]["map"] = {{"colours", "red"}, {"range", {factor, factor}}};
+    Json whole = scene(of);
+    whole["solver"]["bending"] = bending;
+    Simulation simulation(parsed(whole), {.threads = 2});
+    for (int k = 0; k < 10; ++k) simulation.step();
+    return simulation.state_hash();
+  };
+  for (const char* type : {"distance", "bending", "isometric_bending", "plate"})
+    for (const char* bending : {"projected", "filtered"}) {
+      EXPECT_EQ(hash(type, 1e-3, 4, bending), hash(type, 4e-3, 1, bending)) << type << ", " << bending;
+      EXPECT_NE(hash(type, 1e-3, 4, bending), hash(type, 1e-3, 1, bending)) << type << ", " << bending;
+    }
 }
 
 TEST_F(VertexMaps, AreRefusedWhereTheyCannotBe) {

@@ -99,13 +99,13 @@ TEST(ParseScene, ReadsEveryValueOfAFullScene) {
   EXPECT_EQ(s.bodies[1].pins[6].release_time, 1.5);
   ASSERT_EQ(s.bodies[1].pins[6].motion.size(), 2u);
   EXPECT_EQ(s.bodies[1].pins[6].motion[1].degrees, 90);
-  ASSERT_EQ(s.bodies[1].attachments.size(), 4u);
+  ASSERT_EQ(s.bodies[1].attachments.size(), 6u);
   EXPECT_EQ(s.bodies[1].attachments[0].environment, "planet");
   EXPECT_EQ(s.bodies[1].attachments[0].compliance, 0.001);
   EXPECT_EQ(s.bodies[1].attachments[0].release_time, 2);
   EXPECT_EQ(s.bodies[1].attachments[1].point, (Vec3{0, 2, 0}));
   EXPECT_EQ(s.bodies[1].attachments[1].stiffness, 0.5);
-  EXPECT_EQ(s.bodies[1].attachments[3].motion[1].translate, (Vec3{0, 1, 0}));
+  EXPECT_EQ(s.bodies[1].attachments[5].motion[1].translate, (Vec3{0, 1, 0}));
   EXPECT_EQ(s.bodies[1].tear.value().strain, 0.4);
   EXPECT_EQ(std::get<GridShape>(s.bodies[1].shape).size, (std::array<double, 2>{1, 2}));
   EXPECT_EQ(std::get<SphereShape>(s.bodies[2].shape).subdivisions, 3);
