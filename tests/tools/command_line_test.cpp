@@ -93,7 +93,8 @@ TEST(CommandLine, AnswersEverySlipInOneLine) {
            {{"run", "scene.json", "--seconds", "1", "--steps", "1"}, "malha run: --steps excludes --seconds" + in_run},
            {{"run", "scene.json", "--picture", "--no-picture"}, "malha run: --picture excludes --no-picture" + in_run},
            {{"run", "scene.json", "--format", "vtp,vtk"},
-            "malha run: --format: found \"vtk\" (did you mean 'vtp'?); allowed: vtp, pc2, ply, obj, glb, usda" + in_run},
+            "malha run: --format: found \"vtk\" (did you mean 'vtp'?); allowed: vtp, pc2, ply, obj, glb, usda" +
+                in_run},
            {{"run", "scene.json", "--backend", "metal"},
             "malha run: --backend: found \"metal\"; allowed: openmp, serial, cuda" + in_run},
            {{"run", "scene.json", "--steps", "1", "--steps", "2"},
