@@ -175,10 +175,11 @@ class ClipSource : public AnimationSource {
 
 std::unique_ptr<AnimationSource> read_clip(const std::string& file, const MeshPart& part, const AnimationSpec& spec,
                                            const std::string& scene_file, const std::string& pointer) {
-  const std::string data = read_input(file, "a readable glTF file");
-  GltfScene gltf = read_gltf_scene(file, data);
+  GltfScene gltf =
+      read_gltf_scene(file, read_input(file, "a readable glTF file"), part ? Attributes::All : Attributes::None);
   if (part) {
-    FileMesh whole = read_gltf(file, data, Attributes::All);
+    FileMesh whole{{}, gltf.triangles};
+    whole.mesh.points = gltf.points;
     select_vertices(gltf, select_part(whole, part, file));
   }
   const std::size_t clip = find_clip(gltf.clips, spec, file, scene_file, pointer);

@@ -24,7 +24,7 @@ struct CapacityPlan {
     const bool wide = size > 4 * needed + 32 * static_cast<std::size_t>(spare);
     compacts = count.freed > count.used / 4 + spare || used + added > size || wide;
     reallocates = needed > size || wide;
-    // What has grown before grows again: by so much that few steps do it.
+    // A list that has grown before grows again, by so much that few steps do it.
     capacity =
         needed + needed / (needed > size && size > 0 ? 2 : 8) + (more > 0 ? static_cast<std::size_t>(spare / 2) : 0);
   }

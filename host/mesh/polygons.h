@@ -44,6 +44,8 @@ struct Polygons {
     return std::span(corners).subspan(static_cast<std::size_t>(begin[polygon]),
                                       static_cast<std::size_t>(begin[polygon + 1] - begin[polygon]));
   }
+  /// The index in `uv` of a corner's texture coordinates; -1: it has none.
+  int uv_of(int corner) const { return corner_uv.empty() ? -1 : corner_uv[static_cast<std::size_t>(corner)]; }
   void add(std::span<const int> polygon) {
     corners.insert(corners.end(), polygon.begin(), polygon.end());
     begin.push_back(static_cast<int>(corners.size()));

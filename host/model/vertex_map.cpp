@@ -46,7 +46,7 @@ std::vector<double> from_picture(const MeshFile& shape, const VertexMap& map) {
   std::vector<double> sum(file.mesh.points.size(), 0), values(sum.size(), map.range[0]);
   std::vector<int> corners(sum.size(), 0);
   for (std::size_t c = 0; c < polygons.corners.size(); ++c) {
-    const int uv = polygons.corner_uv.empty() ? -1 : polygons.corner_uv[c];
+    const int uv = polygons.uv_of(static_cast<int>(c));
     if (uv < 0) continue;
     const auto vertex = static_cast<std::size_t>(polygons.corners[c]);
     const auto [u, v] = polygons.uv[static_cast<std::size_t>(uv)];

@@ -12,7 +12,7 @@
 
 namespace malha {
 
-/// What other programs see as one object: a body, or an object of a body's file.
+/// A mesh is what other programs see as one object: a body, or an object of a body's file.
 struct FrameMesh {
   std::string name;  // no other mesh has it
   int body;          // its index in the scene
@@ -42,6 +42,16 @@ struct FrameTopology {
   std::vector<std::string> environment_names{};    // of its objects, which no mesh and no other object has
   std::span<const EnvironmentMesh> environment{};  // used by "glb" and "usda" alone; it must outlive the writer
 };
+
+/// The polygons of a mesh: the first, and the one behind the last.
+struct PolygonRange {
+  std::size_t first, end;
+};
+inline PolygonRange polygons_of(const FrameTopology& topology, std::size_t mesh) {
+  const bool last = mesh + 1 == topology.meshes.size();
+  return {static_cast<std::size_t>(topology.meshes[mesh].polygon),
+          last ? topology.polygons.count() : static_cast<std::size_t>(topology.meshes[mesh + 1].polygon)};
+}
 
 /// Returns the points of a mesh.
 template <class Points>

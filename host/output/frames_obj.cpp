@@ -32,7 +32,7 @@ void append_polygon(std::string& text, const FrameTopology& topology, std::size_
   for (int c = polygons.begin[f]; c < polygons.begin[f + 1]; ++c) {
     text += ' ';
     append_number(text, polygons.corners[static_cast<std::size_t>(c)] + 1);
-    const int uv = polygons.corner_uv.empty() ? -1 : polygons.corner_uv[static_cast<std::size_t>(c)];
+    const int uv = polygons.uv_of(c);
     if (uv >= 0) text += '/' + std::to_string(uv + 1);
   }
   text += '\n';
@@ -66,8 +66,7 @@ ObjDocument::ObjDocument(const FrameTopology& topology, LoosePoints loose) : in_
   };
   for (std::size_t m = 0; m < topology.meshes.size(); ++m) {
     const FrameMesh& mesh = topology.meshes[m];
-    const bool last = m + 1 == topology.meshes.size();
-    const int end = last ? static_cast<int>(topology.rest.size()) : topology.meshes[m + 1].begin;
+    const int end = mesh.begin + static_cast<int>(points_of(topology, m, topology.rest).size());
     Part part{static_cast<std::size_t>(end), "", ""};
     if (m == 0 && !topology.materials.empty()) part.before = std::string("mtllib ") + kMaterialFile + "\n";
     part.before += "o " + mesh.name + "\n";
@@ -78,8 +77,7 @@ ObjDocument::ObjDocument(const FrameTopology& topology, LoosePoints loose) : in_
         part.elements += '\n';
       }
     int group = -2, material = -2;  // those of the object before would hold on
-    const auto first = static_cast<std::size_t>(mesh.polygon);
-    const std::size_t behind = last ? polygons.count() : static_cast<std::size_t>(topology.meshes[m + 1].polygon);
+    const auto [first, behind] = polygons_of(topology, m);
     for (std::size_t f = first; f < behind; ++f) append_polygon(part.elements, topology, f, group, material);
     for (const Edge& line : topology.lines)
       if (mesh.begin <= line[0] && line[0] < end) append_corners(part.elements, 'l', line);

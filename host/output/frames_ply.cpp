@@ -69,25 +69,25 @@ class Ply : public FrameFormat {
       in_bytes ? append(elements_, static_cast<std::uint8_t>(count))
                : append(elements_, static_cast<std::int32_t>(count));
     };
-    std::int32_t mesh = 0;
-    for (std::size_t f = 0; f < polygons.count(); ++f) {
+    const auto add_polygon = [&](std::size_t f, std::int32_t mesh) {
       const std::span<const int> corners = polygons.corners_of(f);
       append_count(corners.size());
       append_all(elements_, corners);
       if (has_uv) {
         append_count(2 * corners.size());
         for (int c = polygons.begin[f]; c < polygons.begin[f + 1]; ++c) {
-          const int uv = polygons.corner_uv[static_cast<std::size_t>(c)];
+          const int uv = polygons.uv_of(c);
           for (std::size_t k = 0; k < 2; ++k)
             append(elements_, uv < 0 ? 0.0f : static_cast<float>(polygons.uv[static_cast<std::size_t>(uv)][k]));
         }
       }
-      while (static_cast<std::size_t>(mesh) + 1 < topology.meshes.size() &&
-             static_cast<std::size_t>(topology.meshes[static_cast<std::size_t>(mesh) + 1].polygon) <= f)
-        ++mesh;
       if (topology.meshes.size() > 1) append(elements_, mesh);
       if (has_groups) append(elements_, std::int32_t{polygons.group[f]});
       if (!topology.materials.empty()) append(elements_, std::int32_t{polygons.material[f]});
+    };
+    for (std::size_t m = 0; m < topology.meshes.size(); ++m) {
+      const auto [first, end] = polygons_of(topology, m);
+      for (std::size_t f = first; f < end; ++f) add_polygon(f, static_cast<std::int32_t>(m));
     }
   }
 

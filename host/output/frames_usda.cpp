@@ -5,7 +5,6 @@
 // points a Points, beside it.
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <functional>
 #include <limits>
 #include <map>
@@ -155,23 +154,15 @@ class UsdaWriter {
 
   void add_colour(const std::array<float, 3>& colour) const {
     std::string text = "    color3f[] primvars:displayColor = [";
-    append_tuple(text, linear(colour));
+    append_tuple(text, linear_colour(colour));  // those of pictures are sRGB
     line(text + "]");
-  }
-
-  /// Colours of pictures are sRGB, those of USD are linear.
-  static std::array<float, 3> linear(std::array<float, 3> colour) {
-    for (float& x : colour) x = x <= 0.04045f ? x / 12.92f : std::pow((x + 0.055f) / 1.055f, 2.4f);
-    return colour;
   }
 
   void add_mesh(std::size_t m, const std::string& name) {
     const FrameMesh& mesh = topology_.meshes[m];
     const Polygons& polygons = topology_.polygons;
     const auto count = static_cast<int>(points_of(topology_, m, topology_.rest).size());
-    const bool last = m + 1 == topology_.meshes.size();
-    const auto first = static_cast<std::size_t>(mesh.polygon);
-    const std::size_t end = last ? polygons.count() : static_cast<std::size_t>(topology_.meshes[m + 1].polygon);
+    const auto [first, end] = polygons_of(topology_, m);
     const bool has_material = !topology_.materials.empty();
     if (end > first) {
       std::vector<int> counts, corners, all(static_cast<std::size_t>(count));
@@ -221,7 +212,7 @@ class UsdaWriter {
     std::string text = "    texCoord2f[] primvars:st = [";
     bool has_any = false;
     for (int c = polygons.begin[first]; c < polygons.begin[end]; ++c) {
-      const int uv = polygons.corner_uv[static_cast<std::size_t>(c)];
+      const int uv = polygons.uv_of(c);
       has_any = has_any || uv >= 0;
       const auto [at, is_new] = known.try_emplace(uv, static_cast<int>(known.size()));
       index.push_back(at->second);

@@ -46,9 +46,7 @@ std::vector<Vec3> GlbVertices::gathered(std::size_t mesh, std::span<const Vec3> 
 GlbVertices glb_vertices(const FrameTopology& topology) {
   const Polygons& polygons = topology.polygons;
   GlbVertices all;
-  std::size_t f = 0;
   for (std::size_t m = 0; m < topology.meshes.size(); ++m) {
-    const bool last = m + 1 == topology.meshes.size();
     const std::size_t begin = all.point.size();
     const int first = topology.meshes[m].begin;
     all.begin.push_back(begin);
@@ -56,20 +54,18 @@ GlbVertices glb_vertices(const FrameTopology& topology) {
       all.point.push_back(first + static_cast<int>(i));
     std::vector<int> uv(all.point.size() - begin, -1);    // index of those of each vertex
     std::map<std::pair<int, int>, std::uint32_t> copies;  // by point and texture coordinates
-    for (; f < (last ? polygons.count() : static_cast<std::size_t>(topology.meshes[m + 1].polygon)); ++f)
-      for (int c = polygons.begin[f]; c < polygons.begin[f + 1]; ++c) {
-        const int point = polygons.corners[static_cast<std::size_t>(c)];
-        const int own = polygons.uv.empty() ? -1 : polygons.corner_uv[static_cast<std::size_t>(c)];
-        auto vertex = static_cast<std::uint32_t>(point - first);
-        if (own >= 0 && uv[vertex] < 0) uv[vertex] = own;
-        if (own >= 0 &&
-            polygons.uv[static_cast<std::size_t>(uv[vertex])] != polygons.uv[static_cast<std::size_t>(own)]) {
-          const auto [known, is_new] = copies.try_emplace({point, own}, static_cast<std::uint32_t>(uv.size()));
-          if (is_new) all.point.push_back(point), uv.push_back(own);
-          vertex = known->second;
-        }
-        all.of_corner.push_back(vertex);
+    const auto [from, to] = polygons_of(topology, m);
+    for (int c = polygons.begin[from]; c < polygons.begin[to]; ++c) {
+      const int point = polygons.corners[static_cast<std::size_t>(c)], own = polygons.uv_of(c);
+      auto vertex = static_cast<std::uint32_t>(point - first);
+      if (own >= 0 && uv[vertex] < 0) uv[vertex] = own;
+      if (own >= 0 && polygons.uv[static_cast<std::size_t>(uv[vertex])] != polygons.uv[static_cast<std::size_t>(own)]) {
+        const auto [known, is_new] = copies.try_emplace({point, own}, static_cast<std::uint32_t>(uv.size()));
+        if (is_new) all.point.push_back(point), uv.push_back(own);
+        vertex = known->second;
       }
+      all.of_corner.push_back(vertex);
+    }
     all.has_uv.push_back(std::ranges::any_of(uv, [](int own) { return own >= 0; }));
     for (const int own : uv) {
       const auto [u, v] = own < 0 ? std::array<double, 2>{} : polygons.uv[static_cast<std::size_t>(own)];
@@ -111,14 +107,15 @@ void add_triangles(std::vector<std::uint32_t>& corners, std::span<const std::uin
 std::vector<Elements> elements_by_mesh(const FrameTopology& topology, const GlbVertices& vertices) {
   std::vector<Elements> all(topology.meshes.size());
   const Polygons& polygons = topology.polygons;
-  std::size_t mesh = 0;
-  for (std::size_t f = 0; f < polygons.count(); ++f) {
-    while (mesh + 1 < all.size() && static_cast<std::size_t>(topology.meshes[mesh + 1].polygon) <= f) ++mesh;
-    std::vector<Vec3> points;
-    for (const int point : polygons.corners_of(f)) points.push_back(topology.rest[static_cast<std::size_t>(point)]);
-    const auto corners =
-        std::span(vertices.of_corner).subspan(static_cast<std::size_t>(polygons.begin[f]), points.size());
-    add_triangles(all[mesh].triangles[polygons.material.empty() ? -1 : polygons.material[f]], corners, points);
+  for (std::size_t m = 0; m < all.size(); ++m) {
+    const auto [first, end] = polygons_of(topology, m);
+    for (std::size_t f = first; f < end; ++f) {
+      std::vector<Vec3> points;
+      for (const int point : polygons.corners_of(f)) points.push_back(topology.rest[static_cast<std::size_t>(point)]);
+      const auto corners =
+          std::span(vertices.of_corner).subspan(static_cast<std::size_t>(polygons.begin[f]), points.size());
+      add_triangles(all[m].triangles[polygons.material.empty() ? -1 : polygons.material[f]], corners, points);
+    }
   }
   const auto mesh_of = [&](int point) {
     return static_cast<std::size_t>(std::ranges::upper_bound(topology.meshes, point, {}, &FrameMesh::begin) -

@@ -76,7 +76,7 @@ bool names_picture(const std::string& keyword) {
          keyword == "refl" || keyword == "norm";
 }
 
-/// Where the path begins that follows the options: those of three numbers may have fewer.
+/// Returns where the path begins that follows the options; those of three numbers may have fewer.
 std::size_t begin_of_path(const std::string& rest) {
   std::istringstream words(rest);
   const auto here = [&] { return words.eof() ? rest.size() : static_cast<std::size_t>(words.tellg()); };

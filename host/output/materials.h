@@ -14,7 +14,7 @@ namespace malha {
 
 inline constexpr char kMaterialFile[] = "materials.mtl";
 
-/// What most programs know of a material.
+/// The look is what most programs know of a material.
 struct MaterialLook {
   std::array<double, 3> colour{0.8, 0.8, 0.8};  // linear
   double opacity = 1;

@@ -29,6 +29,8 @@ struct Drawing {
 /// faces get wires, which show the cells.
 void add_faces(Drawing& drawing, std::span<const Quad> faces);
 
+/// Returns the linear RGB of an sRGB colour.
+std::array<float, 3> linear_colour(const std::array<float, 3>& srgb);
 /// Returns distinct colours of bodies 0, 1, 2, ... (they repeat after eight), and the grey of environment objects.
 std::array<float, 3> body_colour(int body);
 std::array<float, 3> stone_colour();

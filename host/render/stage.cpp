@@ -11,8 +11,8 @@ namespace malha {
 namespace {
 
 Vec linear(const std::array<float, 3>& srgb) {
-  const auto one = [](float c) { return c <= 0.04045f ? c / 12.92f : std::pow((c + 0.055f) / 1.055f, 2.4f); };
-  return {one(srgb[0]), one(srgb[1]), one(srgb[2])};
+  const auto [red, green, blue] = linear_colour(srgb);
+  return {red, green, blue};
 }
 
 std::array<float, 3> plain(const Vec& v) { return {v[0], v[1], v[2]}; }
@@ -20,6 +20,11 @@ std::array<float, 3> plain(const Vec& v) { return {v[0], v[1], v[2]}; }
 bool finite(const std::array<float, 3>& p) { return embree_detail::is_valid(p); }
 
 }  // namespace
+
+std::array<float, 3> linear_colour(const std::array<float, 3>& srgb) {
+  const auto one = [](float c) { return c <= 0.04045f ? c / 12.92f : std::pow((c + 0.055f) / 1.055f, 2.4f); };
+  return {one(srgb[0]), one(srgb[1]), one(srgb[2])};
+}
 
 RenderScene::RenderScene(std::span<const Drawing> drawings, float unit) : scene_(device_) {
   for (const auto& drawing : drawings) {

@@ -20,11 +20,11 @@ namespace malha {
 /// refused. STL files have no shared points: corners with exactly the same position become one point, in the order of
 /// first appearance. Indices are checked, the geometry is not (see host/mesh/check_mesh.h). Throws InputError, which
 /// names the file, the line and column (or byte), what was found and what is allowed.
-/// Of a file with several objects or groups it reads the whole, or a part. The vertices of an object are those that its
+/// It reads a whole file of several objects or groups, or a part of it. The vertices of an object are those that its
 /// elements use, and those in its part of the file that no other object uses; of a group, those that it uses.
 Mesh read_mesh(const std::string& path, const MeshPart& part = {});
 
-/// What a reader reads of polygons besides their corners.
+/// The attributes that a reader reads of polygons besides their corners.
 enum class Attributes { None, Texture, All };
 
 /// The contents of a file: the faces are polygons, or in formats of triangles or tetrahedra those of the mesh.
