@@ -73,16 +73,17 @@ int GlbMaterials::add(const FrameMaterial& material) {
 }
 
 gltf::Material GlbMaterials::from_gltf(const FrameMaterial& material) {
-  const auto [file, is_new] = files_.try_emplace(material.file);
-  if (is_new) file->second = load(material.file);
-  const gltf::Model& from = file->second;
+  const auto file = files_.find(material.file);
+  const gltf::Model& from =
+      file != files_.end() ? file->second : files_.emplace(material.file, load(material.file)).first->second;
   const gltf::Material* found = material_of(from, material);
   if (!found) return {};
   gltf::Material one = *found;
   one.extensions.clear();  // they may name textures
   const auto move = [&](auto& texture) {
     // The frames have the first set of texture coordinates.
-    if (texture.index >= 0) texture.index = texture.texCoord == 0 ? add_texture(file->first, from, texture.index) : -1;
+    if (texture.index >= 0)
+      texture.index = texture.texCoord == 0 ? add_texture(material.file, from, texture.index) : -1;
     texture.extensions.clear();
   };
   move(one.pbrMetallicRoughness.baseColorTexture), move(one.pbrMetallicRoughness.metallicRoughnessTexture);
