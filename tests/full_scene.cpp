@@ -20,7 +20,7 @@ std::string full_scene() {
   "sleep": {"speed": 0.02, "after": 0.25},
   "bodies": [
     {"name": "from a file", "shape": {"mesh": "meshes/x.obj", "object": "cape", "group": "back", "weld": 1e-6}, "density": 0.2,
-     "density_map": {"values": [1, 2.5]}, "rest": {"uv": 0.5},
+     "density_map": {"values": [1, 2.5]}, "friction_map": {"values": [0, 3]}, "rest": {"uv": 0.5},
      "transform": {"translate": [1, 2, 3], "rotate": {"axis": [0, 0, 2], "degrees": 90}, "scale": [1, 2, 3]},
      "velocity": [1, 2, 3], "spin": [4, 5, 6], "damping": 0.5,
      "constraints": [
@@ -29,6 +29,7 @@ std::string full_scene() {
        {"type": "bending", "stiffness": 0.25, "rest_scale": 0},
        {"type": "pressure", "compliance": 0, "volume_ratio": 1.2, "with": ["ball"]}]},
     {"name": "sheet", "shape": {"grid": {"size": [1, 2], "cells": [16, 8]}}, "mass": 0.3,
+     "thickness_map": {"values": [1, 0.5]},
      "transform": {"scale": 2},
      "pins": [
        {"row": "last"},

@@ -64,15 +64,21 @@ class DeformingCollider {
     keeps_overlaps_ = false;
   }
   void solve_contacts(const Particles<R>& particles) {
-    for (const Object& o : objects_)
-      parallel_for(executor_, particles_, ResolveContact<R>{particles.p, o.contacts.data(), R(o.spec().friction)});
+    particles.by_friction([&]<bool mapped>() {
+      for (const Object& o : objects_)
+        parallel_for(
+            executor_, particles_,
+            ResolveContact<R, mapped>{particles.p, o.contacts.data(), R(o.spec().friction), particles.friction});
+    });
   }
   /// See EnvironmentContacts.
   void restitute(const Particles<R>& particles, double resting_speed, double h) {
-    for (const Object& o : objects_)
-      parallel_for(executor_, particles_,
-                   ApplyRestitution<R>{particles.p, particles.v, o.contacts.data(), R(o.spec().restitution),
-                                       R(o.spec().friction), R(resting_speed), R(1 / h)});
+    particles.by_friction([&]<bool mapped>() {
+      for (const Object& o : objects_)
+        parallel_for(executor_, particles_,
+                     ApplyRestitution<R, mapped>{particles.p, particles.v, o.contacts.data(), R(o.spec().restitution),
+                                                 R(o.spec().friction), R(resting_speed), R(1 / h), particles.friction});
+    });
   }
   void clamp_restitution(const Particles<R>& particles) {
     end_motion();

@@ -86,14 +86,16 @@ class EdgeGroup {
   void solve_contacts(const Particles<R>& particles) {
     if (contacts_.found() == 0) return;
     store_motion(particles);
-    const ObjectFriction<R> friction{params_.data(), object_.data()};
     const auto project = [&](const auto& with) {
       contacts_.project(particles.p, w_.data(), moved_.points(), with, TurnToWorld{after_.pose});
     };
-    if constexpr (kDeforms)
-      project(DeformingFriction<R>{friction, contacts_.carries()});
-    else
-      project(friction);
+    particles.by_friction([&]<bool mapped>() {
+      const ObjectFriction<R, mapped> friction{params_.data(), object_.data(), particles.friction};
+      if constexpr (kDeforms)
+        project(DeformingFriction<R, mapped>{friction, contacts_.carries()});
+      else
+        project(friction);
+    });
   }
 
   /// Final guard: resolves intersections at the end of the substep, by projection if that is enough (and can_project),

@@ -30,16 +30,22 @@ class EnvironmentContacts {
   }
 
   void solve(const Particles<R>& particles) {
-    for (Object& o : meshes_.objects)
-      for_slots(o, ResolveContact<R>{particles.p, o.cache.view().contacts, R(o.spec.friction)});
+    particles.by_friction([&]<bool mapped>() {
+      for (Object& o : meshes_.objects)
+        for_slots(
+            o, ResolveContact<R, mapped>{particles.p, o.cache.view().contacts, R(o.spec.friction), particles.friction});
+    });
   }
 
   /// Applies restitution. `resting_speed`: the speed that gravity gives in two substeps, below which nothing bounces
   /// (m/s).
   void restitute(const Particles<R>& particles, double resting_speed, double h) {
-    for (Object& o : meshes_.objects)
-      for_slots(o, ApplyRestitution<R>{particles.p, particles.v, o.cache.view().contacts, R(o.spec.restitution),
-                                       R(o.spec.friction), R(resting_speed), R(1 / h)});
+    particles.by_friction([&]<bool mapped>() {
+      for (Object& o : meshes_.objects)
+        for_slots(o,
+                  ApplyRestitution<R, mapped>{particles.p, particles.v, o.cache.view().contacts, R(o.spec.restitution),
+                                              R(o.spec.friction), R(resting_speed), R(1 / h), particles.friction});
+    });
   }
   /// Cancels motion of restitution through a mesh.
   void clamp_restitution(const Particles<R>& particles) {

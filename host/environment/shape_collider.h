@@ -65,9 +65,13 @@ class ShapeCollider {
       contacts_ = Array<Executor, ShapeContacts<R>>(needed + needed / 4);
     }
   }
-  void solve_contacts(const Particles<R>& particles) { for_groups(SolveShapeContacts<R>{view(particles)}); }
+  void solve_contacts(const Particles<R>& particles) {
+    particles.by_friction([&]<bool mapped>() { for_groups(SolveShapeContacts<R, mapped>{view(particles)}); });
+  }
   void restitute(const Particles<R>& particles, double resting_speed, double h) {
-    for_groups(RestituteShapeContacts<R>{view(particles), R(resting_speed), R(1 / h)});
+    particles.by_friction([&]<bool mapped>() {
+      for_groups(RestituteShapeContacts<R, mapped>{view(particles), R(resting_speed), R(1 / h)});
+    });
   }
   bool bounces() const {
     return std::ranges::any_of(objects_, [](const EnvironmentMesh* one) { return one->spec.restitution > 0; });

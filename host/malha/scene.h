@@ -265,7 +265,13 @@ struct BodySpec {
   /// kg/m^2 of faces, kg/m of lines, kg/m^3 of tetrahedra, all at rest.
   std::optional<double> density;
   std::optional<VertexMap> density_map;  ///< with `density`: its factor at each vertex, > 0
-  double damping = 0;                    ///< [0, 1] per step dt; 1: only rigid motion remains
+  /// Factor of Coulomb's mu of all contacts at each vertex, >= 0. Contacts of two bodies, and of a body with itself,
+  /// have the mean of the factors at their two points.
+  std::optional<VertexMap> friction_map;
+  /// Factor of the thickness in self-collision at each vertex, > 0 and at most 1. A pair of primitives keeps the
+  /// smallest thickness of its vertices.
+  std::optional<VertexMap> thickness_map;
+  double damping = 0;  ///< [0, 1] per step dt; 1: only rigid motion remains
   std::vector<Pin> pins;
   std::vector<Attachment> attachments;
   std::optional<Tear> tear;
@@ -281,7 +287,8 @@ void for_each_map(BodySpec& body, const Use& use) {
   const auto use_selector = [&use](Selector& at) {
     if (auto* pin = std::get_if<MapPin>(&at)) use(pin->map);
   };
-  if (body.density_map) use(*body.density_map);
+  for (std::optional<VertexMap>* map : {&body.density_map, &body.friction_map, &body.thickness_map})
+    if (*map) use(**map);
   for (Pin& pin : body.pins) use_selector(pin.at);
   for (Attachment& attachment : body.attachments) use_selector(attachment.at);
   for (ConstraintSpec& spec : body.constraints)

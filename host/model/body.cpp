@@ -68,10 +68,13 @@ Body make_body(const Scene& scene, std::size_t index, BodyMeshes meshes, const T
   if (!spec.material.empty() && (!body.mesh.tetrahedra.empty() || body.mesh.faces.empty()))
     refuse(scene.file, pointer("bodies", index, "material"), "a fabric of a body without faces, or with tetrahedra",
            "a fabric of a surface");
-  std::vector<double> density_map;
-  if (spec.density_map)
-    density_map =
-        factors_at_points(scene, index, body.mesh, *spec.density_map, pointer("bodies", index, "density_map"));
+  const auto factors = [&](const std::optional<VertexMap>& map, const char* key, const FactorRange& range = {}) {
+    return map ? factors_at_points(scene, index, body.mesh, *map, pointer("bodies", index, key), range)
+               : std::vector<double>{};
+  };
+  std::vector<double> density_map = factors(spec.density_map, "density_map");
+  body.friction_map = factors(spec.friction_map, "friction_map", {.zero_allowed = true});
+  body.thickness_map = factors(spec.thickness_map, "thickness_map", {.most = 1});
   for (std::size_t c = 0; c < spec.constraints.size(); ++c) {
     const std::optional<VertexMap>& map = spec.constraints[c].map;
     const std::string here = pointer("bodies", index, "constraints/") + std::to_string(c) + "/map";
@@ -83,7 +86,8 @@ Body make_body(const Scene& scene, std::size_t index, BodyMeshes meshes, const T
         const auto vertex = static_cast<std::size_t>(split.vertex);
         for (std::vector<double>& map : body.stiffness_maps)
           if (!map.empty()) map.push_back(double{map[vertex]});
-        if (!density_map.empty()) density_map.push_back(double{density_map[vertex]});
+        for (std::vector<double>* map : {&density_map, &body.friction_map, &body.thickness_map})
+          if (!map->empty()) map->push_back(double{(*map)[vertex]});
         if (body.rest && !body.shape().has_seams()) apply(split, *body.rest);  // otherwise corners keep their places
         apply(split, body.mesh), split_boundary_conditions(split.vertex, body.boundary);
       }

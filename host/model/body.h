@@ -19,7 +19,8 @@ struct Body {
   std::optional<Mesh> rest;  // see RestShape; none: the body is at rest where it starts
   std::vector<Edge> edges;
   BoundaryConditions boundary;
-  std::vector<double> mass;  // kg, of each particle
+  std::vector<double> mass;                         // kg, of each particle
+  std::vector<double> friction_map, thickness_map;  // factors at each particle; empty: without a map
   // Factors of the stiffness of each constraint of the scene at each particle; empty: without a map.
   std::vector<std::vector<double>> stiffness_maps;
   RestShape shape() const { return {mesh, rest ? &*rest : nullptr}; }

@@ -34,6 +34,8 @@ void renumber(Model& model, const std::vector<int>& order) {
   const std::vector<int> now = solver_of(order);
   const auto reorder = [&](auto& values) { values = in_solver_order(values, order); };
   reorder(model.user_index), reorder(model.x), reorder(model.v), reorder(model.w), reorder(model.mass);
+  for (std::vector<double>* factor : {&model.friction_factor, &model.thickness_factor})
+    if (!factor->empty()) reorder(*factor);
   if (!model.rest_x.empty()) reorder(model.rest_x);
   const auto remap = [&](int& i) { i = now[i]; };
   for (ConstraintSet& set : model.sets) std::ranges::for_each(set.particles, remap);
@@ -266,7 +268,16 @@ class Builder {
       model_.w[at] = body.boundary.pinned[i] ? 0 : 1 / body.mass[i];
       for (int k = 0; k < 3; ++k) model_.v[at][k] = pinned[i] ? 0 : spec.velocity[k] + turn[k];
     }
+    fill_factors(b, body.friction_map, model_.friction_factor);
+    fill_factors(b, body.thickness_map, model_.thickness_factor);
     add_boundary_conditions(b);
+  }
+
+  /// Factors are 1 for bodies without a map.
+  void fill_factors(std::size_t b, const std::vector<double>& map, std::vector<double>& to) const {
+    if (map.empty()) return;
+    to.resize(model_.x.size(), 1);
+    for (std::size_t i = 0; i < map.size(); ++i) to[solver_of_[model_.render_mesh.body_begin[b] + i]] = map[i];
   }
 
   /// Components of a body stand side by side in them, because a pattern may have its pieces over each other.

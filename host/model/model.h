@@ -137,10 +137,12 @@ struct ModelSeconds {
 struct Model {
   Scene scene;
   RenderMesh render_mesh;
-  std::vector<int> user_index;      // the user's index of each particle of the solver
-  std::vector<Vec3> x, v;           // m, m/s
-  std::vector<double> w;            // 1/kg, 0 where pinned permanently
-  std::vector<double> mass;         // kg, including pinned particles
+  std::vector<int> user_index;  // the user's index of each particle of the solver
+  std::vector<Vec3> x, v;       // m, m/s
+  std::vector<double> w;        // 1/kg, 0 where pinned permanently
+  std::vector<double> mass;     // kg, including pinned particles
+  // Factors of the friction and of the thickness in self-collision at each particle; empty: no body has a map of them.
+  std::vector<double> friction_factor, thickness_factor;
   std::vector<ConstraintSet> sets;  // in the registry's order of kinds
   // With Desbrun's method `springs` and `stencils`, all of which have a compliance, are in the filter; `sets` are
   // projected after it.

@@ -102,14 +102,16 @@ std::vector<double> values_at_points(const Shape& shape, const Mesh& mesh, const
 }
 
 std::vector<double> factors_at_points(const Scene& scene, std::size_t body, const Mesh& mesh, const VertexMap& map,
-                                      const std::string& pointer) {
+                                      const std::string& pointer, const FactorRange& range) {
   const std::vector<double> values = values_at_points(scene.bodies[body].shape, mesh, map, {scene.file, pointer});
   for (std::size_t i = 0; i < values.size(); ++i)
-    if (!(values[i] > 0))
+    if (!(range.zero_allowed ? values[i] >= 0 : values[i] > 0) || !(values[i] <= range.most))
       refuse(scene.file, pointer,
              "the factor " + shown(values[i]) + " at vertex " +
                  std::to_string(vertex_of(mesh.vertices, static_cast<int>(i))),
-             "factors > 0; \"range\" says what 0 and 1 of a channel are");
+             std::string(range.zero_allowed ? "factors >= 0" : "factors > 0") +
+                 (std::isfinite(range.most) ? " and <= " + shown(range.most) : "") +
+                 "; \"range\" says what 0 and 1 of a channel are");
   return values;
 }
 

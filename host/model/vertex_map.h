@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Values at the points of a body's mesh from a map of its shape's vertices.
 #pragma once
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -18,9 +19,15 @@ struct MapPlace {
 /// InputError: a list of another length, colours, texture coordinates or a picture that are not there.
 std::vector<double> values_at_points(const Shape& shape, const Mesh& mesh, const VertexMap& map, const MapPlace& place);
 
-/// The same for a body of the scene. Refuses values that are not > 0.
+/// Factors that a map may have.
+struct FactorRange {
+  bool zero_allowed = false;
+  double most = std::numeric_limits<double>::infinity();
+};
+
+/// The same for a body of the scene. Refuses values outside of the range, which begins at 0.
 std::vector<double> factors_at_points(const Scene& scene, std::size_t body, const Mesh& mesh, const VertexMap& map,
-                                      const std::string& pointer);
+                                      const std::string& pointer, const FactorRange& range = {});
 
 /// A picture: its channels from the top row on, each in [0, 1].
 struct ChannelPicture {

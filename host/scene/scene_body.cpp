@@ -162,6 +162,8 @@ Fields fields_of(BodySpec& body, const std::string& folder) {
       field("density", body.density, above(0, "kg/m^2 of surface, kg/m of lines, kg/m^3 of tetrahedra")),
       field("damping", body.damping, between(0, 1, "")),
       map_field("density_map", body.density_map, folder),
+      map_field("friction_map", body.friction_map, folder),
+      map_field("thickness_map", body.thickness_map, folder),
       pins_field(body, folder),
       attachments_field(body, folder),
       part("tear", body.tear),

@@ -17,10 +17,10 @@ namespace malha {
 template <class Executor, class R>
 class ParticleTrajectories {
  public:
-  /// `x`: positions at the start, in double. `leader`: the particle that the origin follows. `max_rounding`: of
-  /// positions far from the origin, m.
+  /// `x`: positions at the start, in double. `leader`: the particle that the origin follows. `factor`: of the thickness
+  /// of each particle; empty: 1. `max_rounding`: of positions far from the origin, m.
   ParticleTrajectories(const Executor& executor, const Particles<R>& particles, const std::vector<Vec3>& x,
-                       std::size_t leader, double thickness, double max_rounding)
+                       std::size_t leader, double thickness, const std::vector<double>& factor, double max_rounding)
       : executor_(executor),
         count_(particles.count),
         leader_(leader),
@@ -28,7 +28,8 @@ class ParticleTrajectories {
         max_rounding_(max_rounding),
         x0_(x.size() + 1),  // a row of padding
         moved_(x.size() + 1),
-        nearest_(x.size() + 1, R(0)) {
+        nearest_(x.size() + 1, R(0)),
+        factor_(std::vector<R>(factor.begin(), factor.end())) {
     if (!x.empty()) move_origin_to({x[leader][0], x[leader][1], x[leader][2]});
     start_from(particles);
   }
@@ -76,8 +77,11 @@ class ParticleTrajectories {
     R* const nearest = nearest_.data();
     Memory<Executor>::fill(nearest, count_ + 1, R(INFINITY));
     contacts.in_colours(FindNearestPairs<R>{view(), contacts.pairs(), nearest});
-    const GrowContactDistances<R> grow{x0_.points().of, thickness_, nearest};
-    distances_grow_ = parallel_reduce<Sum>(executor_, count_, grow, kGrain).value > 0;
+    const auto grow = [&]<bool mapped>() {
+      const GrowContactDistances<R, mapped> kernel{x0_.points().of, thickness_, nearest, factor_.data()};
+      distances_grow_ = parallel_reduce<Sum>(executor_, count_, kernel, kGrain).value > 0;
+    };
+    factor_.size() > 0 ? grow.template operator()<true>() : grow.template operator()<false>();
   }
 
   /// The state that later substeps depend on, for checkpoints.
@@ -92,7 +96,7 @@ class ParticleTrajectories {
     x0_.upload(x0), x0_.upload_fourth(memory.contact_distance);
     origin_ = memory.origin.at(0), distances_grow_ = true;
   }
-  std::size_t bytes() const { return x0_.bytes() + moved_.bytes() + nearest_.bytes(); }
+  std::size_t bytes() const { return x0_.bytes() + moved_.bytes() + nearest_.bytes() + factor_.bytes(); }
 
  private:
   static constexpr int kGrain = 8192;
@@ -124,6 +128,7 @@ class ParticleTrajectories {
   Vector3<double> origin_{0, 0, 0};         // m, of x0
   bool distances_grow_ = true;              // whether contact distances may be below the thickness
   Array<Executor, R> nearest_;              // see FindNearestPairs
+  Array<Executor, R> factor_;               // of the thickness of each particle; empty: 1
 };
 
 }  // namespace malha

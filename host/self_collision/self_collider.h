@@ -148,7 +148,7 @@ class SelfCollider {
     contacts_.detect(motions());
   }
   void project_contacts(const Particles<R>& particles) {
-    contacts_.solve(motions());
+    contacts_.solve(motions(), particles.friction);
     trajectories_.store(particles);
   }
 
@@ -207,7 +207,7 @@ SelfCollider<Executor, R>::SelfCollider(const Executor& executor, const Model& m
       count_(model.count()),
       substeps_(model.scene.solver.substeps),
       facts_(facts_at_start(model, surface_)),
-      trajectories_(executor, particles, model.x, first_of(surface_), thickness(model),
+      trajectories_(executor, particles, model.x, first_of(surface_), thickness(model), model.thickness_factor,
                     kRounding * double(SelfContacts<Executor, R>::least_gap(thickness(model)))),
       search_(executor, surface_, model.x, thickness(model), trajectories_.origin(), facts_.crossings > 0,
               at_rest_in_bodies(model)),

@@ -105,15 +105,20 @@ class SelfContacts {
   /// Tells whether contacts were detected in this substep.
   bool detected() const { return detected_; }
 
-  /// One projection of all contacts.
-  void solve(const Trajectories<R>& motions) {
-    const auto sweep = [&]<bool kFriction>() {
-      const SolveContacts<R, kFriction> solve{pairs(), motions.moved, friction_};
+  /// One projection of all contacts. `factor`: of the friction, of each particle and a row of padding; null: 1.
+  void solve(const Trajectories<R>& motions, const R* factor) {
+    const auto sweep = [&]<SelfFriction kFriction>() {
+      const SolveContacts<R, kFriction> solve{pairs(), motions.moved, friction_, factor};
       parallel_region(executor_, width_, [&](const auto& team) {
         for (int k = 0; k < sweeps_; ++k) in_colours_of(team, solve);
       });
     };
-    friction_ > R(0) ? sweep.template operator()<true>() : sweep.template operator()<false>();
+    if (!(friction_ > R(0)))
+      sweep.template operator()<SelfFriction::None>();
+    else if (factor == nullptr)
+      sweep.template operator()<SelfFriction::Same>();
+    else
+      sweep.template operator()<SelfFriction::Mapped>();
   }
   /// Number of contacts that pushed in the last substep.
   int pushes() const { return earlier_pushes_ != kNotCounted ? earlier_pushes_ : detected_ ? count_pushes() : 0; }

@@ -563,7 +563,8 @@ class TimeStepper : public Solver {
   }
 
   Particles<R> particles() const {
-    return {model_.count(), x_.points(), v_.points(), {x_.points(), d_.points(), low_.points()}, w_.data()};
+    return {model_.count(), x_.points(),     v_.points(), {x_.points(), d_.points(), low_.points()},
+            w_.data(),      friction_.data()};
   }
   /// Positions in the solver's order, x and low together.
   std::vector<Vec3> positions_in_order() const {
@@ -706,6 +707,9 @@ class TimeStepper : public Solver {
     std::vector<R> w(model_.w.begin(), model_.w.end());
     w.resize(w.size() + kSlotPack);  // so that a pack may start at the last particle
     w_ = Array<Executor, R>(w);
+    std::vector<R> friction(model_.friction_factor.begin(), model_.friction_factor.end());
+    if (!friction.empty()) friction.resize(w.size());
+    friction_ = Array<Executor, R>(friction);
   }
   State<R> state() const {
     State<R> now{steps_, x_.template download<std::array<R, 3>>(), v_.template download<std::array<R, 3>>()};
@@ -777,6 +781,7 @@ class TimeStepper : public Solver {
   const SubstepCallback* substep_callback_ = nullptr;  // during a step; null: none
   Interaction interaction_;                            // for which plan_ is
   Array<Executor, R> w_;
+  Array<Executor, R> friction_;     // see Particles; empty without a map of it
   PointArray<Executor, R> forces_;  // that a program has set, N; empty: none so far
   std::optional<Damping<Executor, R>> damping_;
   std::vector<LengthRun> lengths_ = length_runs(model_);

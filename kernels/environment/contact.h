@@ -63,11 +63,12 @@ KERNEL Vector3<R> clamp_to_friction_cone(const Vector3<R>& friction, R max_lengt
 
 /// Pushes the particle out of the surface and reduces its sliding within the friction cone. Friction acts on
 /// positions (Müller et al. 2020, section 3.5), not on velocities afterwards, so that what sticks does not creep.
-template <class R>
+template <class R, bool mapped = false>
 struct ResolveContact {
   Displaced<R> p;
   Contact<R>* contacts;
   R friction;
+  const R* factor = nullptr;  // of the friction, where mapped
   KERNEL void operator()(int slot) const {
     Contact<R>& contact = contacts[slot];
     const int i = contact.particle;
@@ -82,8 +83,8 @@ struct ResolveContact {
 
     const Vector3<R> slide = moved - contact.surface.xyz();
     const Vector3<R> tangent = slide - n * dot(n, slide);
-    const Vector3<R> friction_displacement =
-        clamp_to_friction_cone(contact.friction_displacement + tangent, friction * contact.lambda);
+    const Vector3<R> friction_displacement = clamp_to_friction_cone(
+        contact.friction_displacement + tangent, friction_of<mapped, R>(factor, i, friction) * contact.lambda);
     p.d.set(i, moved - (friction_displacement - contact.friction_displacement));
     contact.friction_displacement = friction_displacement;
   }
@@ -94,12 +95,13 @@ struct ResolveContact {
 /// the approach, whenever in the substep it happened. The particle moves back by e times the path that remained after
 /// the impact. Below the threshold it rests instead. With e = 0 it stops: without this pass it would keep its approach
 /// speed until the next substep.
-template <class R>
+template <class R, bool mapped = false>
 struct ApplyRestitution {
   Displaced<R> p;
   Points<R> v;
   const Contact<R>* contacts;
   R restitution, friction, threshold, per_dt;  // e, mu, m/s, 1 / h of the substep (1/s)
+  const R* factor = nullptr;                   // of the friction, where mapped
   KERNEL void operator()(int slot) const {
     const Contact<R>& contact = contacts[slot];
     const int i = contact.particle;
@@ -111,7 +113,7 @@ struct ApplyRestitution {
     const R gained = -restitution * approach - speed;
     if (!(gained > R(0))) return;  // it already leaves faster
     const Vector3<R> sliding = relative - n * speed;
-    const R length = sqrt(dot(sliding, sliding)), max_change = friction * gained;
+    const R length = sqrt(dot(sliding, sliding)), max_change = friction_of<mapped, R>(factor, i, friction) * gained;
     const R fraction = length > R(0) ? (length < max_change ? length : max_change) / length : R(0);
     v.set(i, v[i] + n * gained - sliding * fraction);
     const R path_left = contact.lambda < -contact.surface.w ? contact.lambda : -contact.surface.w;

@@ -108,8 +108,8 @@ struct EvaluateDeformingCandidate : EvaluateCandidate<R> {
 };
 
 /// Friction coefficient of a contact's object, and how far its surface carries what sticks to it.
-template <class R>
-struct DeformingFriction : ObjectFriction<R> {
+template <class R, bool mapped = false>
+struct DeformingFriction : ObjectFriction<R, mapped> {
   const Vector3<R>* carries;
   KERNEL const Vector3<R>& carry(int contact) const { return carries[contact]; }
 };

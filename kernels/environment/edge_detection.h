@@ -274,12 +274,20 @@ struct GrowEdgeDistances {
   }
 };
 
-/// Friction coefficient of a contact's object.
-template <class R>
+/// Friction coefficient of a contact: its object's, times the factor at the point of the body, where mapped.
+template <class R, bool mapped = false>
 struct ObjectFriction {
   const EdgeContactParams<R>* params;
   const int* object;
-  KERNEL R operator()(const EdgeContact<R>& c) const { return params[object_of(c, object)].friction; }
+  const R* factor = nullptr;  // of each particle
+  KERNEL R operator()(const EdgeContact<R>& c) const {
+    const R mu = params[object_of(c, object)].friction;
+    if constexpr (!mapped) return mu;
+    R at_point = R(0);
+    for (int j = 0; j < 4; ++j)
+      if (object[c.i[j]] == 0) at_point += abs(c.weight[j]) * factor[c.i[j]];
+    return mu * at_point;
+  }
 };
 
 /// Rotates impulses from the objects' frame to the world.

@@ -252,7 +252,7 @@ struct DetectShapeContacts : ShapeView<R> {
 };
 
 /// Projects the contacts of a group, shape by shape, as ResolveContact does.
-template <class R>
+template <class R, bool mapped = false>
 struct SolveShapeContacts : ShapeView<R> {
   using Shared = void;
 
@@ -289,7 +289,8 @@ struct SolveShapeContacts : ShapeView<R> {
                        tangent = slide - n * dot(n, slide);
       Vector3<S> friction = before + tangent;
       const S length = sqrt(dot(friction, friction)),
-              most = S(R(shape.friction)) * select(active, max(lambda - lift, zero), zero);
+              most = friction_of<mapped, S>(this->particles.friction, i, R(shape.friction)) *
+                     select(active, max(lambda - lift, zero), zero);
       const auto slips = length > most;
       friction = friction * select(slips, most / select(slips, length, one), one);
       store_points(contacts.friction(), lane, friction);
@@ -302,7 +303,7 @@ struct SolveShapeContacts : ShapeView<R> {
 /// Restitution of a group, as ApplyRestitution does. And the lift of a contact, which moved its particle out to the
 /// distance that it keeps, is taken from its velocity: it is no motion (the pre-stabilisation of Macklin et al. 2014,
 /// section 4.4, where guards still act on it).
-template <class R>
+template <class R, bool mapped = false>
 struct RestituteShapeContacts : ShapeView<R> {
   using Shared = void;
   R threshold, per_dt;  // m/s, 1/s
@@ -334,7 +335,8 @@ struct RestituteShapeContacts : ShapeView<R> {
     const auto bounces = hits & (wanted > leaves);
     const S gained = select(bounces, wanted - leaves, zero);
     const Vector3<S> sliding = relative - n * speed;
-    const S length = sqrt(dot(sliding, sliding)), most = S(R(shape.friction)) * gained;
+    const S length = sqrt(dot(sliding, sliding)),
+            most = friction_of<mapped, S>(this->particles.friction, i, R(shape.friction)) * gained;
     const S fraction = select(length > zero, min(length, most) / select(length > zero, length, one), zero);
     store_points(this->particles.v, i, v + n * (gained - lift_speed) - sliding * fraction);
     if (!(shape.restitution > 0)) return;

@@ -68,15 +68,18 @@ struct FindNearestPairs {
   }
 };
 
-/// Grows the contact distances. Returns how many are still below the thickness.
-template <class R>
+/// Grows the contact distances. Returns how many are still below the thickness, which where mapped is that of each
+/// particle.
+template <class R, bool mapped = false>
 struct GrowContactDistances {
   Vec4<R>* x0;
   R thickness;
   const R* nearest;
+  const R* factor = nullptr;  // of the thickness, at most 1, where mapped
   KERNEL Sum operator()(int i) const {
-    x0[i].w = max(x0[i].w, min(nearest[i], thickness));
-    return {x0[i].w < thickness ? 1.0 : 0.0};
+    const R most = mapped ? thickness * factor[i] : thickness;
+    x0[i].w = max(x0[i].w, min(nearest[i], most));
+    return {x0[i].w < most ? 1.0 : 0.0};
   }
 };
 

@@ -2,19 +2,25 @@
 // Solver of self-contacts: Gauss-Seidel over blocks of pairs that share no particle (Müller et al. 2006; the
 // accumulated push of a contact is never below 0), with Coulomb friction on positions (Macklin et al. 2014).
 #pragma once
+#include <type_traits>
+
 #include "kernels/parallel/compute.h"
 #include "kernels/self_collision/contact_block.h"
 
 namespace malha {
 
+/// Friction of self-contacts. Mapped: it has the mean of the factors at the two points of a contact.
+enum class SelfFriction { None, Same, Mapped };
+
 /// Groups: patches of one colour, which share no particle.
-template <class R, bool kFriction>
+template <class R, SelfFriction kFriction>
 struct SolveContacts {
   using Shared = void;
   static constexpr int kMostThreads = 32;  // half of them have a pair of a block
   Pairs<R> pairs;
-  Vec4<R>* moved;  // p - x0; w: 1/kg
-  R friction;      // Coulomb's mu
+  Vec4<R>* moved;             // p - x0; w: 1/kg
+  R friction;                 // Coulomb's mu
+  const R* factor = nullptr;  // of the friction, of each particle and the padding, where mapped
 
   template <class Group>
   KERNEL void operator()(const Group& group) const {
@@ -57,12 +63,12 @@ struct SolveContacts {
     lambda = lambda + dlambda;
     store(lambda, block.lambda + k);
     Vector3<S> impulse = n * dlambda;
-    if constexpr (kFriction) {
+    if constexpr (kFriction != SelfFriction::None) {
       Vector3<S> friction_impulse;
       load(block.friction_impulse[0] + k, friction_impulse.x), load(block.friction_impulse[1] + k, friction_impulse.y),
           load(block.friction_impulse[2] + k, friction_impulse.z);
       const Vector3<S> trial = friction_impulse + (motion - n * along) * per;
-      const S length = sqrt(dot(trial, trial)), most = S(friction) * lambda;
+      const S length = sqrt(dot(trial, trial)), most = mu_of(block, k, w) * lambda;
       const Vector3<S> clamped = trial * select(length > most, most / length, one);
       impulse = impulse - (clamped - friction_impulse);
       store(clamped.x, block.friction_impulse[0] + k), store(clamped.y, block.friction_impulse[1] + k),
@@ -71,6 +77,21 @@ struct SolveContacts {
     // Inactive lanes keep their values, to the bit: their weights may be NaN.
     for (int j = 0; j < 4; ++j)
       scatter_rows(moved, block.i[j] + k, m[j] + or_zero(moves, impulse * (w[j] * u[j])), u[j]);
+  }
+
+  template <class S>
+  KERNEL S mu_of(const ContactBlock<R>& block, int k, const S (&w)[4]) const {
+    if constexpr (kFriction == SelfFriction::Same) return S(friction);
+    S sum = S(R(0));  // the weights of each side add up to 1
+    for (int j = 0; j < 4; ++j) {
+      S own;
+      if constexpr (std::is_same_v<S, R>)
+        own = factor[block.i[j][k] / kIndexScale<R>];
+      else
+        for (int l = 0; l < S::lanes; ++l) set_lane(own, l, factor[block.i[j][k + l] / kIndexScale<R>]);
+      sum = sum + abs(w[j]) * own;
+    }
+    return sum * S(R(0.5) * friction);
   }
 };
 

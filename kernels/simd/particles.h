@@ -118,10 +118,17 @@ struct StartPositions {
 template <class R>
 struct Particles {
   int count;
-  Points<R> x;     // position at the start of the substep, m
-  Points<R> v;     // velocity, m/s
-  Displaced<R> p;  // current position, m
-  const R* w;      // 1 / m, 1/kg, 0 where pinned
+  Points<R> x;                  // position at the start of the substep, m
+  Points<R> v;                  // velocity, m/s
+  Displaced<R> p;               // current position, m
+  const R* w;                   // 1 / m, 1/kg, 0 where pinned
+  const R* friction = nullptr;  // factor of Coulomb's mu; null: 1 for all
+
+  /// Calls f.operator()<mapped>(), which launches kernels for particles with or without such factors.
+  template <class F>
+  void by_friction(const F& f) const {
+    friction != nullptr ? f.template operator()<true>() : f.template operator()<false>();
+  }
 };
 
 /// Loads and stores the points i, i + 1, ... of a pack, or the point i of a scalar.
@@ -130,6 +137,18 @@ KERNEL Vector3<T> load_points(const Points<R>& points, int i) {
   Vector3<T> a;
   load(points.x + i, a.x), load(points.y + i, a.y), load(points.z + i, a.z);
   return a;
+}
+/// Coulomb's mu of particle i, or of a pack from it on: that of the other surface times the factors of mapped
+/// particles.
+template <bool mapped, class T, class R>
+KERNEL T friction_of(const R* factor, int i, R mu) {
+  if constexpr (!mapped) {
+    return T(mu);
+  } else {
+    T own;
+    load(factor + i, own);
+    return T(mu) * own;
+  }
 }
 /// Positions at the start of the substep, relative to an origin near them.
 template <class T, class R>

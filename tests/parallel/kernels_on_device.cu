@@ -86,15 +86,17 @@ template <class R>
 void instantiate_all() {
   instantiate_groups<SolvePatch<R>, SolveCoarsePatch<R>, Restrict<R>, Prolongate<R>, Pieces<SumPartialRestrictions<R>>,
                      BroadPhaseTest<R>, MeasureClearance<R>>();
-  instantiate_groups<DetectShapeContacts<R>, SolveShapeContacts<R>, RestituteShapeContacts<R>, FindOverlaps<R>,
-                     ClampAtShapes<R>, CancelMotionIntoShapes<R>, MeasureShapeClearance<R>>();
+  instantiate_groups<DetectShapeContacts<R>, SolveShapeContacts<R>, SolveShapeContacts<R, true>,
+                     RestituteShapeContacts<R>, RestituteShapeContacts<R, true>, FindOverlaps<R>, ClampAtShapes<R>,
+                     CancelMotionIntoShapes<R>, MeasureShapeClearance<R>>();
   instantiate<CountShapeContacts<R>, MeasureDepthInShapes<R>>();
   instantiate<ReconstructPrevious<R>, CommitClamped<R>, MeasureRuns<R>, RefineMassShares<R>, StartLocal<R>,
               MoveLocal<R>>();
   instantiate<FindEdgePairs<R, false>, FindEdgePairs<R, true>, BuildEdgeContacts<R>, ListContactEnds<R>>();
   instantiate<FindEdgePairs<R, false, true>, FindEdgePairs<R, true, true>,
               BuildEdgeContacts<R, EvaluateDeformingCandidate<R>>, SolveContactsJacobi<R, DeformingFriction<R>>,
-              RefitBoxNodes<R>, FindMeshCrossings<R>, LeaveOutCrossing<R>, ProjectOntoPlanes<R, SetFromLocal<R>>>();
+              SolveContactsJacobi<R, DeformingFriction<R, true>>, RefitBoxNodes<R>, FindMeshCrossings<R>,
+              LeaveOutCrossing<R>, ProjectOntoPlanes<R, SetFromLocal<R>>>();
   instantiate_groups<MeasureMomenta<R, R, false, false>, MeasureMomenta<R, R, false, true>,
                      MeasureMomenta<R, R, true, false>, MeasureMomenta<R, double, false, true>, StoreMomenta,
                      AddRigidMotion<R>, DampTowardsRigid<R>>();
@@ -108,11 +110,12 @@ void instantiate_all() {
               MeasureSpeed<R>, MeasureBounds<R>, ClearVelocity<R>>();
   instantiate<MoveToTarget<R>, ArriveAtTarget<R>, SetInverseMass<R>, SolveAttachment<R>, MeasureAttachment<R>,
               GatherUserParticles<R, Points<R>>, GatherUserParticles<R, Displaced<R>>, ScatterUserParticles<R>>();
-  instantiate<ResolveContact<R>, ApplyRestitution<R>, CountContact<R>, InvalidateContacts<R>>();
+  instantiate<ResolveContact<R>, ResolveContact<R, true>, ApplyRestitution<R>, ApplyRestitution<R, true>,
+              CountContact<R>, InvalidateContacts<R>>();
   instantiate<ComputeParticleBounds<R>, SumMotion<R>, CheckCandidateBounds<R>, InitCandidateSearch<R>,
               CountOverlappingCandidates<R>>();
   instantiate<EstimateMassShares<R>, SplitMasses<R>, SolveContactsJacobi<R, ObjectFriction<R>>,
-              ApplyImpulses<R, TurnToWorld>, CountPushing<R>>();
+              SolveContactsJacobi<R, ObjectFriction<R, true>>, ApplyImpulses<R, TurnToWorld>, CountPushing<R>>();
   instantiate<FindEdgeViolations<R>, TruncateParticles<R, SetFromLocal<R>>, SumTruncation<R>, SumTruncatedMotion<R>,
               AddRigidCorrection<R>, SaveMotion<R>, ComputeTruncationChange<R>, RemoveUndoneLift<R>, LimitSpeed<R>,
               CopyPoints<R>, CopyPoints<R, Displaced<R>>, CopyPoints<R, FromOrigin<R>>, CountFixed<R>,
@@ -120,9 +123,9 @@ void instantiate_all() {
   instantiate<ComputeDisplacements<R>, ApplyDisplacements<R>, CheckSweptBounds<R>, ClampToSweptBounds<R>,
               InitSweptBounds<R>, ComputeSweptAabbs<R>>();
   instantiate<RefitLeaves<R>, RefitLevel<R>, CountPushes<R>, SumViolations<R>, TruncateDisplacements<R>>();
-  instantiate_groups<FindCandidatesCooperatively<R>, NarrowPhase<R>, SolveContacts<R, false>, SolveContacts<R, true>,
-                     FindViolations<R>, MarkViolating<R>, ComputeTruncation<R>, PushByKinematic<R>,
-                     MoveWithKinematic<R>>();
+  instantiate_groups<FindCandidatesCooperatively<R>, NarrowPhase<R>, SolveContacts<R, SelfFriction::None>,
+                     SolveContacts<R, SelfFriction::Same>, SolveContacts<R, SelfFriction::Mapped>, FindViolations<R>,
+                     MarkViolating<R>, ComputeTruncation<R>, PushByKinematic<R>, MoveWithKinematic<R>>();
 }
 
 template void instantiate<CountDigits, PlaceDigits, MoveByDigit, FindBegins, SumPart, SumParts, SumBefore,
