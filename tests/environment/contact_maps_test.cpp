@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "host/mesh/vectors.h"
+#include "host/model/model.h"
 #include "kernels/environment/edge_detection.h"
 #include "tests/mesh/irregular_sheet.h"
 #include "tests/refusal.h"
@@ -50,9 +51,9 @@ Scene on_ground(Ground ground, BodySpec body, const Vec3& gravity, const char* m
   return scene;
 }
 
-class FrictionMaps : public testing::TestWithParam<Ground> {};
+class FrictionMapsOn : public testing::TestWithParam<Ground> {};
 
-TEST_P(FrictionMaps, BrakeEachParticleByItsOwnFactor) {
+TEST_P(FrictionMapsOn, BrakeEachParticleByItsOwnFactor) {
   constexpr double slope = 18 * kPi / 180, time = 1, h = 1.0 / 600;  // tan = .325
   for (const char* method : {"pbd", "desbrun"})
     for (const Precision precision : {Precision::Float, Precision::Double}) {
@@ -70,7 +71,7 @@ TEST_P(FrictionMaps, BrakeEachParticleByItsOwnFactor) {
 }
 
 // An impact takes (1 + e) times the speed along the normal, and mu times that of the sliding.
-TEST_P(FrictionMaps, BrakeEachParticleThatBounces) {
+TEST_P(FrictionMapsOn, BrakeEachParticleThatBounces) {
   BodySpec body = row_of_particles(0.025);
   body.velocity = {4, -3, 0};
   Scene scene = on_ground(GetParam(), body, {}, "pbd", Precision::Double);
@@ -82,7 +83,7 @@ TEST_P(FrictionMaps, BrakeEachParticleThatBounces) {
   }
 }
 
-TEST_P(FrictionMaps, OfOneAreNoMaps) {
+TEST_P(FrictionMapsOn, OfOneAreNoMaps) {
   for (const Precision precision : {Precision::Float, Precision::Double}) {
     const auto hash = [&](bool mapped) {
       BodySpec body = row_of_particles(0.02);
@@ -96,7 +97,7 @@ TEST_P(FrictionMaps, OfOneAreNoMaps) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(, FrictionMaps, testing::Values(Ground::Triangles, Ground::Exact, Ground::Deforming),
+INSTANTIATE_TEST_SUITE_P(, FrictionMapsOn, testing::Values(Ground::Triangles, Ground::Exact, Ground::Deforming),
                          [](const auto& tested) {
                            return std::string(tested.param == Ground::Triangles ? "Triangles"
                                               : tested.param == Ground::Exact   ? "Exact"
@@ -116,7 +117,7 @@ std::string ridges() {
       for (const int c : corners) text += " " + std::to_string(k + c);
       text += "\n";
     };
-    face({1, 3, 2}), face({4, 5, 6}), face({1, 2, 5, 4}), face({2, 3, 6, 5}), face({3, 1, 4, 6});
+    face({1, 2, 3}), face({6, 5, 4}), face({4, 5, 2, 1}), face({5, 6, 3, 2}), face({6, 4, 1, 3});
   }
   return text;
 }
@@ -157,17 +158,16 @@ TEST(FrictionMaps, HaveTheValueAtThePointOfAContactWithAnEdge) {
 }
 
 /// A layer of irregular triangles that lies on another one of them, which is fixed, inclined, and 3 m long.
-class Layers {
- public:
+struct Layers {
   static constexpr double kThickness = 0.02;
 
-  Layers(double slope, double friction) {
+  Layers(const TemporaryFolder& folder, double slope, double friction) {
     const auto sheet = [&](const char* name, double width, double depth, int across, int along, const Vec3& at) {
       Random random(7);
       BodySpec body;
       body.name = name, body.mass = 0.1;
       body.shape =
-          MeshFile{folder_.write(std::string(name) + ".obj", irregular_sheet(width, depth, across, along, random))};
+          MeshFile{folder.write(std::string(name) + ".obj", irregular_sheet(width, depth, across, along, random))};
       body.transform.translate = at;
       body.constraints = {stiff("distance", {"edges"}), stiff("bending", {}, 0.05)};
       return body;
@@ -189,15 +189,13 @@ class Layers {
   }
 
   Scene scene;
-
- private:
-  const TemporaryFolder folder_;
 };
 
 TEST(FrictionMaps, OfTwoBodiesGiveTheirContactsTheMeanOfBoth) {
   constexpr double slope = 20 * kPi / 180, time = 0.8, h = 1.0 / 600;
   for (const auto& [of_lower, of_upper] : {std::pair{1.0, 1.0}, {0.0, 2.0}, {0.5, 0.25}, {2.0, 4.0}}) {
-    Layers layers(slope, kMu);
+    const TemporaryFolder folder;
+    Layers layers(folder, slope, kMu);
     layers.scene.bodies[0].friction_map = listed(std::vector<double>(Layers::lower_count(), of_lower));
     layers.scene.bodies[1].friction_map = listed(std::vector<double>(Layers::upper_count(), of_upper));
     Simulation simulation(layers.scene, {.threads = 2});
@@ -217,7 +215,8 @@ TEST(FrictionMaps, OfTwoBodiesGiveTheirContactsTheMeanOfBoth) {
 TEST(ThicknessMaps, LetLayersLieAsNearAsTheThinnerOneIs) {
   for (const Precision precision : {Precision::Float, Precision::Double})
     for (const double of_upper : {1.0, 0.25}) {
-      Layers layers(0, 0.5);
+      const TemporaryFolder folder;
+      Layers layers(folder, 0, 0.5);
       Scene& scene = layers.scene;
       scene.solver.precision = precision;
       std::vector<double> lower;
@@ -241,7 +240,8 @@ TEST(ThicknessMaps, LetLayersLieAsNearAsTheThinnerOneIs) {
 
 TEST(ThicknessMaps, OfOneAreNoMaps) {
   const auto hash = [](bool mapped) {
-    Layers layers(0.1, 0.5);
+    const TemporaryFolder folder;
+    Layers layers(folder, 0.1, 0.5);
     layers.scene.solver.precision = Precision::Float;
     if (mapped) layers.scene.bodies[1].thickness_map = listed(std::vector<double>(Layers::upper_count(), 1));
     return after(layers.scene, 0.2).state_hash();
@@ -251,7 +251,8 @@ TEST(ThicknessMaps, OfOneAreNoMaps) {
 
 TEST(ContactMaps, AreRefusedWhereTheyCannotBe) {
   const auto said = [](const std::function<void(Scene&)>& change) {
-    Layers layers(0, 0);
+    const TemporaryFolder folder;
+    Layers layers(folder, 0, 0);
     change(layers.scene);
     return refusal([&] { Simulation(layers.scene, {.threads = 1}); });
   };
@@ -275,23 +276,53 @@ TEST(ContactMaps, AreRefusedWhereTheyCannotBe) {
       "/bodies/1/thickness_map"));
 }
 
+/// A sheet on a belt: one half sticks to it and goes with it, the other does not. It tears between them.
+Scene torn_by_a_belt(const TemporaryFolder& folder) {
+  Random random(5);
+  BodySpec body;
+  body.name = "sheet", body.density = 0.2;
+  body.shape = MeshFile{folder.write("sheet.obj", irregular_sheet(1, 0.3, 20, 6, random))};
+  body.transform.translate = {0, 0.005, 0};
+  body.constraints = {compliant("distance", 0.1, {"edges"})};
+  body.tear = Tear{0.05};
+  std::vector<double> factors;
+  for (int i = 0; i < 21 * 7; ++i) factors.push_back(i % 21 < 10 ? 0 : 2);
+  body.friction_map = listed(factors);
+  Scene scene = scene_of({body}, kEarth, 1.0 / 60, 10, Precision::Float);
+  EnvironmentSpec belt;
+  belt.name = "belt", belt.shape = GridShape{{8, 8}, {3, 3}}, belt.transform.translate = {-4, 0, -4};
+  belt.sides = Sides::OneSided, belt.friction = 1;
+  Keyframe end;
+  end.time = 1, end.translate = {3, 0, 0};
+  belt.motion = {Keyframe{}, end};
+  scene.environment = {belt};
+  return scene;
+}
+
 INSTANTIATE_TEST_SUITE_P(ContactMaps, SameBits,
-                         testing::Values(SameBitsScene{"SheetWithMapsThatTears",
-                                                       [](const TemporaryFolder&) {
-                                                         Layers layers(0.2, 0.4);
+                         testing::Values(SameBitsScene{"LayersWithMaps",
+                                                       [](const TemporaryFolder& folder) {
+                                                         Layers layers(folder, 0.2, 0.4);
                                                          BodySpec& upper = layers.scene.bodies[1];
                                                          std::vector<double> factors(Layers::upper_count());
                                                          for (std::size_t i = 0; i < factors.size(); ++i)
                                                            factors[i] = 0.2 + 0.8 * static_cast<double>(i) /
                                                                                   static_cast<double>(factors.size());
                                                          upper.friction_map = upper.thickness_map = listed(factors);
-                                                         upper.tear = Tear{0.02};
                                                          upper.velocity = {0, -1, 0}, upper.spin = {0, 30, 0};
                                                          layers.scene.solver.precision = Precision::Float;
                                                          return layers.scene;
                                                        },
                                                        40,
-                                                       {7, 23}}),
+                                                       {7, 23}},
+                                         SameBitsScene{"SheetTornByABelt",
+                                                       torn_by_a_belt,
+                                                       30,
+                                                       {7, 23},
+                                                       [](const Simulation& simulation) {
+                                                         EXPECT_GT(simulation.positions().size(), 21u * 7u)
+                                                             << "it tore";
+                                                       }}),
                          name_of_scene);
 
 }  // namespace
