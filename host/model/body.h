@@ -13,15 +13,19 @@
 
 namespace malha {
 
+/// Factors of a constraint's stiffness and of its parameter at each particle; empty: without a map.
+struct ConstraintMaps {
+  std::vector<double> stiffness, parameter;
+};
+
 /// A body in its own numbering of particles.
 struct Body {
   Mesh mesh;
   std::optional<Mesh> rest;  // see RestShape; none: the body is at rest where it starts
   std::vector<Edge> edges;
   BoundaryConditions boundary;
-  std::vector<double> mass;  // kg, of each particle
-  // Factors of the stiffness of each constraint of the scene at each particle; empty: without a map.
-  std::vector<std::vector<double>> stiffness_maps;
+  std::vector<double> mass;          // kg, of each particle
+  std::vector<ConstraintMaps> maps;  // of each constraint of the scene
   RestShape shape() const { return {mesh, rest ? &*rest : nullptr}; }
 };
 

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "kernels/projection/constraint_kind.h"
 #include "malha/scene.h"
 
 namespace malha {
@@ -21,6 +22,11 @@ std::vector<double> values_at_points(const Shape& shape, const Mesh& mesh, const
 /// The same for a body of the scene. Refuses values that are not > 0.
 std::vector<double> factors_at_points(const Scene& scene, std::size_t body, const Mesh& mesh, const VertexMap& map,
                                       const std::string& pointer);
+
+/// Factors of a parameter of this value. Refuses those that take it out of its range.
+std::vector<double> parameter_factors_at_points(const Scene& scene, std::size_t body, const Mesh& mesh,
+                                                const VertexMap& map, const Parameter& parameter, double value,
+                                                const std::string& pointer);
 
 /// A picture: its channels from the top row on, each in [0, 1].
 struct ChannelPicture {
