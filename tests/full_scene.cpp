@@ -27,7 +27,7 @@ std::string full_scene() {
        {"type": "distance", "elements": ["edges", "shear"], "stiffness": 0.5, "rest_scale": 1.1,
         "rest_scale_map": {"values": [1, 0.5]}},
        {"type": "distance_limit", "elements": ["shear"], "compliance": 1e-7, "limit": 0.2,
-        "map": {"values": [1, 2]}, "limit_map": {"values": [0, 2]}},
+        "limit_map": {"values": [0, 2]}},
        {"type": "bending", "stiffness": 0.25, "rest_scale": 0},
        {"type": "pressure", "compliance": 0, "volume_ratio": 1.2, "with": ["ball"]}]},
     {"name": "sheet", "shape": {"grid": {"size": [1, 2], "cells": [16, 8]}}, "mass": 0.3,
@@ -70,7 +70,7 @@ std::string full_scene() {
     {"name": "shot", "shape": {"lattice": {"min": [0, 0, 0], "max": [1, 1, 0], "count": [2, 3, 1]}}, "mass": 1},
     {"name": "jelly", "shape": {"tet_box": {"size": [1, 2, 3], "cells": [1, 2, 3]}}, "density": 1000,
      "constraints": [
-       {"type": "volume", "compliance": 0.5, "rest_scale": 1.5, "map": {"values": [1, 2]}},
+       {"type": "volume", "compliance": 0.5, "rest_scale": 1.5, "rest_scale_map": {"values": [1, 0]}},
        {"type": "neo_hookean", "young_modulus": 2e5, "poisson_ratio": 0.4,
         "poisson_ratio_map": {"values": [1, 0.5]}}]},
     {"name": "in place", "mass": 1, "shape": {"mesh_data": {
