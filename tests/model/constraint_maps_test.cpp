@@ -11,6 +11,8 @@
 
 #include "host/mesh/generate.h"
 #include "host/model/model.h"
+#include "host/report/failure_boundaries.h"
+#include "host/solver/solver.h"
 #include "tests/constraints/uneven_sheet.h"
 #include "tests/refusal.h"
 #include "tests/run_scenes.h"
@@ -463,6 +465,77 @@ TEST_P(ConstraintMaps, MayChangeBetweenSteps) {
   for (int i = 0; i < links; ++i)
     rest += mean(*all.bodies[0].constraints[0].parameter_map, i) * length(chain.points[i] - chain.points[i + 1]);
   EXPECT_NEAR(length(simulation.positions()[links]), rest, 2e-3);
+}
+
+// A chain of links that do not give way, shortened by maps in its lower half: coarse corrections have the same lengths.
+TEST(ConstraintMapsOfElements, AreThoseOfLevelsToo) {
+  constexpr int links = 80;
+  const MeshDataShape chain = uneven_chain(links);
+  ConstraintSpec link = stiff("distance", {"edges"});
+  link.parameter_map = map_of(chain, [](const Vec3& x) { return x[1] < -2 ? 0.6 : 1; });
+  BodySpec body = body_of(chain, {link});
+  body.pins = {ListPin{{0}}};
+  Scene scene = malha::scene_of({body}, {0, -9.81, 0}, 0.01, 10);
+  scene.solver.levels = 3;
+  scene.wind = Wind{{0, 0, 0}, 0.02};
+  const Simulation simulation = after(scene, 6);
+  ASSERT_FALSE(simulation.solver().facts().levels.empty());
+  double rest = 0;
+  for (int i = 0; i < links; ++i) rest += mean(*link.parameter_map, i) * length(chain.points[i] - chain.points[i + 1]);
+  EXPECT_NEAR(length(simulation.positions()[links]) / rest, 1, 0.01);
+}
+
+TEST(ConstraintMapsOfElements, MoveWithTheVerticesOfATear) {
+  const MeshDataShape sheet = uneven_triangles(0.5, 0.5, 6, 6);
+  ConstraintSpec edges = compliant("distance", 1e-4, {"edges"});
+  edges.map = map_of(sheet, [](const Vec3& x) { return 1 + x[0]; });
+  edges.parameter_map = map_of(sheet, [](const Vec3& x) { return 1 - x[1] / 4; });
+  BodySpec body = body_of(sheet, {edges});
+  body.tear = Tear{10}, body.pins = {ListPin{{0}}};
+  Simulation simulation(malha::scene_of({body}, {0, -9.81, 0}, 0.01, 5), {.threads = 1});
+  const auto factors = [](const Model& model) {
+    std::map<std::pair<int, int>, std::pair<double, double>> of;  // by the user's vertices
+    const ConstraintSet& set = model.sets[0];
+    for (int c = 0; c < set.count(); ++c) {
+      const auto [a, b] =
+          std::minmax(model.user_index[set.particles[2 * c]], model.user_index[set.particles[2 * c + 1]]);
+      of[{a, b}] = {set.softness[c], set.parameters[c]};
+    }
+    return of;
+  };
+  const auto before = factors(simulation.model());
+  // A cut along the diagonal of the sheet, from its rim on.
+  std::vector<Edge> crossed;
+  for (const auto& [ends, factor] : before) {
+    const Vec3 &a = sheet.points[ends.first], &b = sheet.points[ends.second];
+    if (a[0] > 0.1 && (a[0] + a[1] < 0) != (b[0] + b[1] < 0)) crossed.push_back({ends.first, ends.second});
+  }
+  ASSERT_GT(simulation.cut(crossed), 0);
+  const auto after_cut = factors(simulation.model());
+  EXPECT_GT(after_cut.size(), before.size()) << "the edges of the cut are there twice";
+  std::map<double, int> known;
+  for (const auto& [ends, factor] : before) ++known[factor.second];
+  for (const auto& [ends, factor] : after_cut) EXPECT_EQ(known.count(factor.second), 1u) << "a duplicate has its own";
+  for (int k = 0; k < 20; ++k) simulation.step();
+  EXPECT_NO_THROW(simulation.check_divergence());
+}
+
+TEST(ConstraintMapsOfElements, CountInTheWarningsOfSolids) {
+  const MeshDataShape bar = uneven_tetrahedra({1, 0.2, 0.2}, {8, 2, 2});
+  const auto model_of = [&](const ConstraintSpec& spec) {
+    BodySpec body = body_of(bar, {spec});
+    body.density = 1000;
+    return build_model(malha::scene_of({body}, {0, -9.81, 0}, 0.01, 2));
+  };
+  ConstraintSpec spec = neo_hookean(1e5, 0.45);
+  spec.map = map_of(bar, [](const Vec3& x) { return x[0] > 0.5 ? 4 : 1; });
+  const Model mapped = model_of(spec), stiff = model_of(neo_hookean(4e5, 0.45)),
+              soft = model_of(neo_hookean(1e5, 0.45));
+  EXPECT_DOUBLE_EQ(fastest_shear_wave(mapped).cells, fastest_shear_wave(stiff).cells);
+  EXPECT_DOUBLE_EQ(fastest_shear_wave(stiff).cells, 2 * fastest_shear_wave(soft).cells);
+  spec = neo_hookean(1e5, 0.25);
+  spec.parameter_map = map_of(bar, [](const Vec3& x) { return x[0] > 0.5 ? 1.8 : 1; });
+  EXPECT_NEAR(worst_volume_softening(model_of(spec)).poisson_ratio, 0.45, 1e-12);
 }
 
 // Factors of the stiffness and of the parameter are the means of an element's vertices, on orthotropic materials too.

@@ -13,6 +13,7 @@
 #include "host/mesh/io/mesh_io.h"
 #include "host/model/model.h"
 #include "host/render/image.h"
+#include "host/run/checkpoint.h"
 #include "malha/simulation.h"
 #include "tests/mesh/irregular_sheet.h"
 #include "tests/numbers.h"
@@ -169,6 +170,25 @@ TEST_F(VertexMaps, OfFourEverywhereAreAModulusFourTimesAsLarge) {
     for (const char* bending : {"projected", "filtered"}) {
       EXPECT_EQ(hash(type, 1e-3, 4, bending), hash(type, 4e-3, 1, bending)) << type << ", " << bending;
       EXPECT_NE(hash(type, 1e-3, 4, bending), hash(type, 1e-3, 1, bending)) << type << ", " << bending;
+    }
+}
+
+// A checkpoint belongs to the contents of a picture, whose path alone the scene has.
+TEST_F(VertexMaps, OfOtherPicturesAreOtherScenes) {
+  for (const char* method : {"pbd", "desbrun"})
+    for (const char* key : {"map", "rest_scale_map"}) {
+      Json one = body(coloured());
+      one["pins"] = {{{"particles", {0}}}};
+      const auto hash = [&](const std::string& channel) {
+        one["constraints"][0][key] = {{"picture", ramps(folder_)}, {"channel", "red"}, {"range", {1, 2}}};
+        if (channel == "white")
+          write_png((folder_ / "ramps.png").string(), Image{4, 4, std::vector<std::uint8_t>(3 * 4 * 4, 200)});
+        Json whole = scene(one);
+        whole["solver"]["type"] = method;
+        return scene_hash(build_model(parsed(whole)));
+      };
+      EXPECT_EQ(hash("red"), hash("red")) << method << ", " << key;
+      EXPECT_NE(hash("red"), hash("white")) << method << ", " << key;
     }
 }
 
