@@ -38,7 +38,7 @@ def test_maps_of_a_constraint_are_arrays_and_may_change_between_steps():
     simulation.step(1000)
     # 1 kg by a spring of the mean stiffness, 2 / (1e-3 m/N).
     assert np.linalg.norm(simulation.positions[1]) == pytest.approx(0.5 + 10 / 2000, abs=1e-3)
-    simulation.set_scene(hung(np.array([1.0, 0.5])))
+    simulation.scene = hung(np.array([1.0, 0.5]))
     simulation.step(1000)
     assert np.linalg.norm(simulation.positions[1]) == pytest.approx(0.75 * 0.5 + 10 / 2000, abs=1e-3)
     with pytest.raises(malha.InputError, match="the factor 0 at vertex 1"):
