@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "host/base/spelling_suggestion.h"
 #include "host/scene/constraint_schema.h"
 #include "host/scene/scene_fields.h"
 #include "malha/fabrics.h"

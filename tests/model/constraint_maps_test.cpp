@@ -9,6 +9,7 @@
 #include <map>
 #include <numeric>
 
+#include "host/fields/fields.h"
 #include "host/mesh/generate.h"
 #include "host/model/model.h"
 #include "host/report/failure_boundaries.h"
@@ -483,6 +484,27 @@ TEST(ConstraintMapsOfElements, AreThoseOfLevelsToo) {
   double rest = 0;
   for (int i = 0; i < links; ++i) rest += mean(*link.parameter_map, i) * length(chain.points[i] - chain.points[i + 1]);
   EXPECT_NEAR(length(simulation.positions()[links]) / rest, 1, 0.01);
+}
+
+// A chain that is a tenth longer than its links by the map has this strain, whatever their lengths in the shape.
+TEST_P(ConstraintMaps, AreInTheStrainsOfReportsAndFields) {
+  constexpr int links = 10;
+  const MeshDataShape chain = uneven_chain(links);
+  ConstraintSpec link = compliant("distance", 1e-3, {"edges"}, 0.8);
+  link.parameter_map = map_of(chain, [](const Vec3& x) { return 1 + x[1]; });
+  for (const double strain : {0.0, 0.1}) {
+    std::vector<Vec3> x{{0, 0, 0}};
+    for (int i = 0; i < links; ++i)
+      x.push_back(
+          {x[i][0] + (1 + strain) * 0.8 * mean(*link.parameter_map, i) * length(chain.points[i] - chain.points[i + 1]),
+           0, 0});
+    Simulation simulation(scene(body_of(chain, {link}), 0.01), {.threads = 1});
+    simulation.set_positions(x);
+    EXPECT_NEAR(simulation.measure().strain_max, strain, 1e-5);
+    EXPECT_NEAR(simulation.measure().strain_rms, strain, 1e-5);
+    EXPECT_NEAR(simulation.solver().strains().largest, strain, 1e-5);
+    for (const float at : Strains(simulation.model())(x)) EXPECT_NEAR(at, strain, 1e-5);
+  }
 }
 
 TEST(ConstraintMapsOfElements, MoveWithTheVerticesOfATear) {
