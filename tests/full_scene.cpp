@@ -24,8 +24,10 @@ std::string full_scene() {
      "transform": {"translate": [1, 2, 3], "rotate": {"axis": [0, 0, 2], "degrees": 90}, "scale": [1, 2, 3]},
      "velocity": [1, 2, 3], "spin": [4, 5, 6], "damping": 0.5,
      "constraints": [
-       {"type": "distance", "elements": ["edges", "shear"], "stiffness": 0.5, "rest_scale": 1.1},
-       {"type": "distance_limit", "elements": ["shear"], "compliance": 1e-7, "limit": 0.2},
+       {"type": "distance", "elements": ["edges", "shear"], "stiffness": 0.5, "rest_scale": 1.1,
+        "rest_scale_map": {"values": [1, 0.5]}},
+       {"type": "distance_limit", "elements": ["shear"], "compliance": 1e-7, "limit": 0.2,
+        "limit_map": {"values": [0, 2]}},
        {"type": "bending", "stiffness": 0.25, "rest_scale": 0},
        {"type": "pressure", "compliance": 0, "volume_ratio": 1.2, "with": ["ball"]}]},
     {"name": "sheet", "shape": {"grid": {"size": [1, 2], "cells": [16, 8]}}, "mass": 0.3,
@@ -52,7 +54,8 @@ std::string full_scene() {
      "constraints": [
        {"type": "distance", "rigidity": 500},
        {"type": "isometric_bending", "rigidity": 1e-4, "rest_scale": 0.5},
-       {"type": "membrane", "young_modulus": 40, "poisson_ratio": 0.2},
+       {"type": "membrane", "young_modulus": 40, "poisson_ratio": 0.2,
+        "map": {"values": [1, 2]}, "poisson_ratio_map": {"values": [1, 2]}},
        {"type": "plate", "rigidity": 1e-3, "poisson_ratio": 0.3,
         "map": {"picture": "meshes/x.png", "channel": "blue", "range": [0.5, 2]}}]},
     {"name": "crate", "shape": {"box": {"size": [1, 2, 3], "cells": [1, 2, 3]}}, "material": "gray interlock",
@@ -68,8 +71,9 @@ std::string full_scene() {
     {"name": "shot", "shape": {"lattice": {"min": [0, 0, 0], "max": [1, 1, 0], "count": [2, 3, 1]}}, "mass": 1},
     {"name": "jelly", "shape": {"tet_box": {"size": [1, 2, 3], "cells": [1, 2, 3]}}, "density": 1000,
      "constraints": [
-       {"type": "volume", "compliance": 0.5, "rest_scale": 1.5},
-       {"type": "neo_hookean", "young_modulus": 2e5, "poisson_ratio": 0.4}]},
+       {"type": "volume", "compliance": 0.5, "rest_scale": 1.5, "rest_scale_map": {"values": [1, 0]}},
+       {"type": "neo_hookean", "young_modulus": 2e5, "poisson_ratio": 0.4,
+        "poisson_ratio_map": {"values": [1, 0.5]}}]},
     {"name": "in place", "mass": 1, "shape": {"mesh_data": {
       "points": [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [5, 0, 0]], "faces": [[0, 1, 2]], "lines": [[3, 4]],
       "tetrahedra": [[0, 1, 2, 3]]}}}

@@ -47,7 +47,7 @@ Strains::Strains(const Model& model) : particles_(model.x.size()) {
     if (set.type == Distance::name)
       for (int c = 0; c < set.count(); ++c) {
         const int* const ends = &set.particles[std::size_t(c) * 2];
-        add(ends[0], ends[1], rest_value<Distance>(rest_positions(model, set), c, set.parameter));
+        add(ends[0], ends[1], rest_value<Distance>(rest_positions(model, set), c, material_of<Distance>(set, c)));
       }
   for (const SpringSet& set : model.springs)
     if (set.type == Distance::name)
@@ -86,7 +86,7 @@ void Residuals::add(const Model& model, const ConstraintSet& set) {
     own.rest.reserve(std::size_t(set.count()) * Kind::rest_values);
     for (int c = 0; c < set.count(); ++c) {
       double rest[Kind::rest_values];
-      closed_rest_values<Kind>(rest_positions(model, set), c, material_of<Kind>(set), set.per_closing, rest);
+      closed_rest_values<Kind>(rest_positions(model, set), c, material_of<Kind>(set, c), set.per_closing, rest);
       own.rest.insert(own.rest.end(), rest, rest + Kind::rest_values);
       if constexpr (multipliers<Kind>() > 1) {
         Vector3<double> q[Kind::particles], grad[Kind::particles];

@@ -93,7 +93,7 @@ void PinForces::add(const Model& model, const ConstraintSet& set, const std::vec
       const auto user = to_user_indices(model, particles, Kind::particles);
       if (!has_pin(user, release_time)) continue;
       double rest[Kind::rest_values];
-      closed_rest_values<Kind>(rest_positions(model, set), c, material_of<Kind>(set), set.per_closing, rest);
+      closed_rest_values<Kind>(rest_positions(model, set), c, material_of<Kind>(set, c), set.per_closing, rest);
       if (!(set.alpha(c) > 0) || stiffness_in_substeps<Kind>(model, set, c, rest) > kResolved * set.alpha(c)) {
         ++left_out_;
         continue;

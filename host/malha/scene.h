@@ -224,8 +224,11 @@ struct ConstraintSpec {
   /// along.
   std::optional<Orthotropy> orthotropy{};
   /// Factor of the stiffness at each vertex, > 0; an element has the mean of its vertices. With a modulus or a
-  /// compliance > 0.
+  /// compliance > 0. Neither `pressure` nor `long_range` takes a map.
   std::optional<VertexMap> map{};
+  /// Factor of `parameter` at each vertex, likewise; no factor takes the parameter out of its range. Materials of two
+  /// moduli do not take it.
+  std::optional<VertexMap> parameter_map{};
   /// Of `pressure`: the other bodies whose meshes, joined at seams with that of the body, enclose the volume.
   std::vector<std::string> with{};
 };
@@ -292,7 +295,8 @@ void for_each_map(BodySpec& body, const Use& use) {
   for (Pin& pin : body.pins) use_selector(pin.at);
   for (Attachment& attachment : body.attachments) use_selector(attachment.at);
   for (ConstraintSpec& spec : body.constraints)
-    if (spec.map) use(*spec.map);
+    for (std::optional<VertexMap>* map : {&spec.map, &spec.parameter_map})
+      if (*map) use(**map);
 }
 
 /// What a seam joins, on one of its two sides.

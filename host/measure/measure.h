@@ -44,12 +44,12 @@ void measure_set(const Executor& executor, const Model& model, const ConstraintS
     const Residual r =
         parallel_reduce<Residual>(executor, set.count(),
                                   MeasureResidual<Kind, Vec3>{rest_positions(model, set), x.data(), model.w.data(),
-                                                              particles, material_of<Kind>(set), softness});
+                                                              particles, materials_of<Kind>(set), softness});
     m.degenerate += static_cast<std::int64_t>(r.degenerate);
     if constexpr (multipliers<Kind>() > 1)
       m.elastic += parallel_reduce<Sum>(executor, set.count(),
                                         MeasureEnergy<Kind, Vec3>{rest_positions(model, set), x.data(), particles,
-                                                                  material_of<Kind>(set), softness})
+                                                                  materials_of<Kind>(set), softness})
                        .value /
                    *set.compliance;
     else if (set.compliance.value_or(0) > 0)
@@ -67,7 +67,7 @@ inline void measure_seams(const Model& model, const std::vector<Vec3>& x, double
       const double factor = closing_factor(set.per_closing, time);
       for (int c = 0; c < set.count(); ++c) {
         double rest[Kind::rest_values], gap = 0;
-        rest_values<Kind>(rest_positions(model, set), c, material_of<Kind>(set), rest);
+        rest_values<Kind>(rest_positions(model, set), c, material_of<Kind>(set, c), rest);
         Vector3<double> q[Kind::particles], grad[Kind::particles];
         corners<Kind>(x.data(), &set.particles[std::size_t(c) * Kind::particles], q);
         Kind::evaluate(q, rest, true, grad, gap);  // the scale of these kinds is the gap
@@ -110,10 +110,12 @@ void sample_strains(const Executor& executor, const Model& model, const std::vec
     const std::size_t first = std::size_t(2) * run.first;
     ends += first;
     const double scale = run.springs ? 1 : model.sets[set].parameter;
+    const bool has_scales = !run.springs && !model.sets[set].parameters.empty();
+    const double* const scales = has_scales ? model.sets[set].parameters.data() + run.first : nullptr;
     const bool has_own = !run.springs && !model.sets[set].rest_corners.empty();
     const Vec3* const own = has_own ? &model.sets[set].rest_corners[first] : nullptr;
-    const auto sum = parallel_reduce<LengthSum>(executor, run.count,
-                                                MeasureLength<Vec3>{model.x.data(), x.data(), ends, scale, rest, own});
+    const auto sum = parallel_reduce<LengthSum>(
+        executor, run.count, MeasureLength<Vec3>{model.x.data(), x.data(), ends, scale, scales, rest, own});
     sample.rms.push_back(std::sqrt(sum.strain2 / run.count));
     if (sum.most > sample.largest) sample.largest = sum.most, sample.particle = model.user_index[ends[2 * sum.at]];
   }

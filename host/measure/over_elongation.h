@@ -21,7 +21,8 @@ class LengthLimits {
       if (set.type != DistanceLimit::name) continue;
       ends.insert(ends.end(), set.particles.begin(), set.particles.end());
       for (int c = 0; c < set.count(); ++c)
-        longest.push_back(R(rest_value<DistanceLimit>(rest_positions(model, set), c, set.parameter)));
+        longest.push_back(
+            R(rest_value<DistanceLimit>(rest_positions(model, set), c, material_of<DistanceLimit>(set, c))));
     }
     ends_ = Array<Executor, int>(ends), longest_ = Array<Executor, R>(longest);
   }

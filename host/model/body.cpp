@@ -9,6 +9,7 @@
 #include "host/mesh/weld.h"
 #include "host/model/body_rest.h"
 #include "host/model/vertex_map.h"
+#include "kernels/constraints/constraint_registry.h"
 #include "malha/error.h"
 #include "malha/text.h"
 
@@ -57,6 +58,22 @@ BodyMeshes load_body(const Scene& scene, std::size_t index, int& zero_area_faces
   return {std::move(mesh), std::move(rest)};
 }
 
+namespace {
+
+ConstraintMaps maps_of(const Scene& scene, std::size_t body, const Mesh& mesh, const ConstraintSpec& spec,
+                       const std::string& place) {
+  ConstraintMaps maps;
+  if (spec.map) maps.stiffness = factors_at_points(scene, body, mesh, *spec.map, place + "/map");
+  if (spec.parameter_map)
+    with_kind(spec.type, [&]<class Kind>(Kind) {
+      maps.parameter = parameter_factors_at_points(scene, body, mesh, *spec.parameter_map, Kind::parameter,
+                                                   spec.parameter, place + "/" + Kind::parameter.name + "_map");
+    });
+  return maps;
+}
+
+}  // namespace
+
 Body make_body(const Scene& scene, std::size_t index, BodyMeshes meshes, const TearState* torn) {
   const BodySpec& spec = scene.bodies[index];
   Body body;
@@ -75,19 +92,18 @@ Body make_body(const Scene& scene, std::size_t index, BodyMeshes meshes, const T
   std::vector<double> density_map = factors(spec.density_map, "density_map");
   body.friction_map = factors(spec.friction_map, "friction_map", {.zero_allowed = true});
   body.thickness_map = factors(spec.thickness_map, "thickness_map", {.most = 1});
-  for (std::size_t c = 0; c < spec.constraints.size(); ++c) {
-    const std::optional<VertexMap>& map = spec.constraints[c].map;
-    const std::string here = pointer("bodies", index, "constraints/") + std::to_string(c) + "/map";
-    body.stiffness_maps.push_back(map ? factors_at_points(scene, index, body.mesh, *map, here) : std::vector<double>{});
-  }
+  for (std::size_t c = 0; c < spec.constraints.size(); ++c)
+    body.maps.push_back(maps_of(scene, index, body.mesh, spec.constraints[c],
+                                pointer("bodies", index, "constraints/") + std::to_string(c)));
   if (torn)
     for (const Split& split : *torn->splits)
       if (split.body == static_cast<int>(index)) {
         const auto vertex = static_cast<std::size_t>(split.vertex);
-        for (std::vector<double>& map : body.stiffness_maps)
+        const auto duplicate = [vertex](std::vector<double>& map) {
           if (!map.empty()) map.push_back(double{map[vertex]});
-        for (std::vector<double>* map : {&density_map, &body.friction_map, &body.thickness_map})
-          if (!map->empty()) map->push_back(double{(*map)[vertex]});
+        };
+        for (ConstraintMaps& maps : body.maps) duplicate(maps.stiffness), duplicate(maps.parameter);
+        duplicate(density_map), duplicate(body.friction_map), duplicate(body.thickness_map);
         if (body.rest && !body.shape().has_seams()) apply(split, *body.rest);  // otherwise corners keep their places
         apply(split, body.mesh), split_boundary_conditions(split.vertex, body.boundary);
       }

@@ -13,6 +13,11 @@
 
 namespace malha {
 
+/// Factors of a constraint's stiffness and of its parameter at each particle; empty: without a map.
+struct ConstraintMaps {
+  std::vector<double> stiffness, parameter;
+};
+
 /// A body in its own numbering of particles.
 struct Body {
   Mesh mesh;
@@ -21,8 +26,7 @@ struct Body {
   BoundaryConditions boundary;
   std::vector<double> mass;                         // kg, of each particle
   std::vector<double> friction_map, thickness_map;  // factors at each particle; empty: without a map
-  // Factors of the stiffness of each constraint of the scene at each particle; empty: without a map.
-  std::vector<std::vector<double>> stiffness_maps;
+  std::vector<ConstraintMaps> maps;                 // of each constraint of the scene
   RestShape shape() const { return {mesh, rest ? &*rest : nullptr}; }
 };
 

@@ -33,6 +33,7 @@ struct Elements {
   std::vector<double> softness;
   // The rest positions of the particles (m), for bodies that are not at rest where they start.
   std::vector<Vec3> rest_corners{};
+  std::vector<double> parameters{};  // of each element; empty: that of the constraint
 };
 
 struct ListedElements {
@@ -163,7 +164,7 @@ SpringSet springs_of(const ConstraintSpec& spec, double full, const Elements& al
     const bool has_own = !all.rest_corners.empty();
     const Vec3 &a = has_own ? all.rest_corners[2 * c] : x[ends[0]],
                &b = has_own ? all.rest_corners[2 * c + 1] : x[ends[1]];
-    set.rest.push_back(spec.parameter * distance(a, b));
+    set.rest.push_back((all.parameters.empty() ? spec.parameter : all.parameters[c]) * distance(a, b));
   }
   return set;
 }
@@ -173,6 +174,7 @@ SpringSet springs_of(const ConstraintSpec& spec, double full, const Elements& al
 void soften_by_levers(const Model& model, ConstraintSet& set, double full) {
   std::vector<int> kept;
   std::vector<Vec3> kept_corners;
+  std::vector<double> kept_parameters;
   set.compliance = 1, set.softness.clear();
   with_stencil(set, [&]<class Kind, class Stencil>(Kind, Stencil) {
     if constexpr (Kind::strength.accepts_stiffness)
@@ -183,6 +185,7 @@ void soften_by_levers(const Model& model, ConstraintSet& set, double full) {
         const double lever = Stencil::lever(q), k = set.stiffness * full * lever * lever;
         if (!(k > 0)) continue;
         set.softness.push_back(1 / k);
+        if (!set.parameters.empty()) kept_parameters.push_back(set.parameters[c]);
         for (std::size_t j = first; j < first + set.arity; ++j) {
           kept.push_back(set.particles[j]);
           if (!set.rest_corners.empty()) kept_corners.push_back(set.rest_corners[j]);
@@ -190,6 +193,7 @@ void soften_by_levers(const Model& model, ConstraintSet& set, double full) {
       }
   });
   set.particles = std::move(kept), set.rest_corners = std::move(kept_corners);
+  set.parameters = std::move(kept_parameters);
 }
 
 /// Softens stencils whose stiffness k at a corner of mass m makes h^2 k / m larger than 1e5 in float, 1e12 in double,
@@ -247,7 +251,7 @@ class ConstraintBuilder {
         of.type = Kind::name;
         const auto c = static_cast<std::size_t>(&spec - model_.scene.bodies[b].constraints.data());
         if (of.orthotropy) of.orthotropy->along = direction_along(b, *spec.orthotropy, place);
-        add_set<Kind>(b, of, bodies_[b].stiffness_maps[c], place);
+        add_set<Kind>(b, of, bodies_[b].maps[c], place);
       });
     });
     for (std::size_t b = 0; b < bodies_.size(); ++b) {
@@ -310,7 +314,7 @@ class ConstraintBuilder {
   }
 
   template <class Kind>
-  void add_set(std::size_t b, const ConstraintSpec& spec, const std::vector<double>& map, const std::string& place) {
+  void add_set(std::size_t b, const ConstraintSpec& spec, const ConstraintMaps& maps, const std::string& place) {
     auto [all, remainder, non_manifold] = list_elements(Kind::element, bodies_[b], spec, shear_of(b));
     if (non_manifold > 0) note_crowded(b, Kind::name, non_manifold);
     if (all.particles.empty() && remainder.particles.empty()) {
@@ -318,7 +322,8 @@ class ConstraintBuilder {
       refuse(model_.scene.file, place, "a mesh without elements for " + std::string(Kind::name),
              facts_of(Kind::element).needed);
     }
-    if (!map.empty()) multiply_stiffness(map, facts_of(Kind::element).particles, all);
+    multiply_stiffness(maps.stiffness, Kind::particles, all);
+    multiply_parameter<Kind>(maps.parameter, spec, all);
     to_solver_order(b, all, Kind::element);
     const bool filtered = is_filtered<Kind>(spec, all);
     add_elements<Kind>(b, spec, std::move(all), filtered);
@@ -326,20 +331,41 @@ class ConstraintBuilder {
       ConstraintSpec other = spec;
       other.type = Kind::Remainder::name, other.parameter = Kind::Remainder::parameter.default_value;
       other.orthotropy = {};  // which is in the softness
-      if (!map.empty()) multiply_stiffness(map, facts_of(Kind::Remainder::element).particles, remainder);
+      multiply_stiffness(maps.stiffness, Kind::Remainder::particles, remainder);
       to_solver_order(b, remainder, Kind::Remainder::element);
       add_elements<typename Kind::Remainder>(b, other, std::move(remainder), filtered);
     }
   }
 
-  /// Multiplies the stiffness of each element by the mean of a map at its particles.
+  /// The sum of a map at the particles of each element.
+  static std::vector<double> sums_of(const std::vector<double>& map, int arity, const Elements& all) {
+    std::vector<double> sums(all.particles.size() / static_cast<std::size_t>(arity), 0);
+    for (std::size_t k = 0; k < all.particles.size(); ++k)
+      sums[k / static_cast<std::size_t>(arity)] += map[all.particles[k]];
+    return sums;
+  }
+
+  /// Multiplies the stiffness of each element by the mean of a map, unless it is empty, at its particles.
   static void multiply_stiffness(const std::vector<double>& map, int arity, Elements& all) {
-    const std::size_t count = all.particles.size() / static_cast<std::size_t>(arity);
-    if (all.softness.empty()) all.softness.assign(count, 1);
-    for (std::size_t c = 0; c < count; ++c) {
-      double sum = 0;
-      for (int j = 0; j < arity; ++j) sum += map[all.particles[c * static_cast<std::size_t>(arity) + j]];
-      all.softness[c] *= arity / sum;
+    if (map.empty()) return;
+    const std::vector<double> sums = sums_of(map, arity, all);
+    if (all.softness.empty()) all.softness.assign(sums.size(), 1);
+    for (std::size_t c = 0; c < sums.size(); ++c) all.softness[c] *= arity / sums[c];
+  }
+
+  /// The same for the parameter of each element, and for the compliance that it changes with it.
+  template <class Kind>
+  static void multiply_parameter(const std::vector<double>& map, const ConstraintSpec& spec, Elements& all) {
+    if (map.empty()) return;
+    for (const double sum : sums_of(map, Kind::particles, all))
+      all.parameters.push_back(spec.parameter * (sum / Kind::particles));
+    if constexpr (!Kind::strength.accepts_stiffness) {
+      const auto softer = [&](double parameter) {
+        return Kind::compliance(1, parameter) / Kind::compliance(1, spec.parameter);
+      };
+      if (std::ranges::all_of(all.parameters, [&](double parameter) { return softer(parameter) == 1; })) return;
+      all.softness.resize(all.parameters.size(), 1);
+      for (std::size_t c = 0; c < all.softness.size(); ++c) all.softness[c] *= softer(all.parameters[c]);
     }
   }
 
@@ -385,7 +411,9 @@ class ConstraintBuilder {
             {},
             std::move(all.rest_corners),
             false,
-            orthotropic_of(spec)};
+            orthotropic_of(spec),
+            0,
+            std::move(all.parameters)};
   }
 
   /// The rigidity of the body's diagonals over that of its edges.
@@ -460,6 +488,7 @@ class ConstraintBuilder {
     set.particles.insert(set.particles.end(), all.particles.begin(), all.particles.end());
     set.softness.insert(set.softness.end(), all.softness.begin(), all.softness.end());
     set.rest_corners.insert(set.rest_corners.end(), all.rest_corners.begin(), all.rest_corners.end());
+    set.parameters.insert(set.parameters.end(), all.parameters.begin(), all.parameters.end());
   }
 
   /// Tells whether a pressure acts on a body, its own or that of another body with it.
@@ -479,11 +508,13 @@ class ConstraintBuilder {
       const int* of = &all.particles[c * arity];
       if (std::all_of(of, of + arity, [&](int i) { return pinned[i]; })) continue;
       std::copy_n(of, arity, &all.particles[kept * arity]);
-      if (!all.softness.empty()) all.softness[kept] = all.softness[c];
+      for (std::vector<double>* each : {&all.softness, &all.parameters})
+        if (!each->empty()) (*each)[kept] = (*each)[c];
       ++kept;
     }
     all.particles.resize(kept * arity);
-    if (!all.softness.empty()) all.softness.resize(kept);
+    for (std::vector<double>* each : {&all.softness, &all.parameters})
+      if (!each->empty()) each->resize(kept);
   }
 
   /// The compliance of a constraint, given or from the modulus of its material.
@@ -499,14 +530,15 @@ class ConstraintBuilder {
   ConstraintSet& find_set(std::size_t b, const ConstraintSpec& spec, int arity, std::optional<double> compliance,
                           const Elements& all, bool pressed) {
     const bool is_softened = !all.softness.empty(), rests_elsewhere = !all.rest_corners.empty();
+    const bool has_parameters = !all.parameters.empty();
     std::vector<std::size_t>& own = sets_of_body_[b];
     for (std::size_t k = 0; k < model_.sets.size(); ++k) {
       ConstraintSet& set = model_.sets[k];
       const bool is_own = std::ranges::find(own, k) != own.end();
       if ((!is_own && !own.empty() && k < own.back()) || set.type != spec.type || set.stiffness != spec.stiffness ||
           set.compliance != compliance || set.parameter != spec.parameter || set.softness.empty() == is_softened ||
-          set.rest_corners.empty() == rests_elsewhere || set.pressed != pressed ||
-          set.orthotropic != orthotropic_of(spec))
+          set.rest_corners.empty() == rests_elsewhere || set.parameters.empty() == has_parameters ||
+          set.pressed != pressed || set.orthotropic != orthotropic_of(spec))
         continue;
       if (!is_own) own.push_back(k);
       return set;

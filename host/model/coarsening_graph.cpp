@@ -224,7 +224,7 @@ class GraphBuilder {
       double length = norm(x_[a] - x_[b]);
       if (!set.rest_corners.empty())
         length = norm(vector(set.rest_corners[2 * c]) - vector(set.rest_corners[2 * c + 1]));
-      add(a, b, length * set.parameter, s, set.alpha(c));
+      add(a, b, length * material_of<Distance>(set, c), s, set.alpha(c));
     }
   }
   /// A joint is as long as its gap at the start, or, of an attachment, as the distances of its particle from the
@@ -248,8 +248,8 @@ class GraphBuilder {
     std::vector<double> area;
     const std::size_t begin = sheets_.size();
     for (int c = 0; c < set.count(); ++c) {
-      SheetTriangle& piece =
-          sheets_.emplace_back(SheetTriangle{{}, Y, set.orthotropic ? &*set.orthotropic : nullptr, {}});
+      SheetTriangle& piece = sheets_.emplace_back(
+          SheetTriangle{{}, Y / set.softness_of(c), set.orthotropic ? &*set.orthotropic : nullptr, {}});
       for (int k = 0; k < 3; ++k) piece.corner[k] = model_.user_index[set.particles[3 * c + k]];
       for (int k = 0; k < 3; ++k)
         piece.rest[k] = set.rest_corners.empty() ? x_[piece.corner[k]] : vector(set.rest_corners[3 * c + k]);
@@ -270,7 +270,7 @@ class GraphBuilder {
         double modulus = 1;  // over Y
         if (const std::optional<Orthotropic>& of = set.orthotropic)
           modulus = of->modulus(of->cosine2(cross(X[1] - X[0], X[2] - X[0]), along));
-        sum += area[t] * modulus;
+        sum += area[t] * modulus / set.softness_of(t);
         if (!set.rest_corners.empty()) length += norm(along) / static_cast<double>(last - first);
       }
       if (sum > 0) add(first->low, first->high, length, s, length * length / (Y * sum));

@@ -36,18 +36,25 @@ struct ConstraintSet {
   bool pressed = false;                      // true if its bodies have a pressure
   std::optional<Orthotropic> orthotropic{};  // of kinds of orthotropic material, whose compliance is that along
   double per_closing = 0;                    // 1/s, of seams: the rate at which their gaps close
+  std::vector<double> parameters{};          // of each constraint, as by a map; empty: `parameter`
   int count() const { return static_cast<int>(particles.size()) / arity; }
+  double softness_of(int c) const { return softness.empty() ? 1 : softness[c]; }
   /// The compliance of constraint c; 0 if the set has none.
-  double alpha(int c) const { return compliance.value_or(0) * (softness.empty() ? 1 : softness[c]); }
+  double alpha(int c) const { return compliance.value_or(0) * softness_of(c); }
 };
 
 /// The constants from which the rest values of a set of this kind are computed.
 template <class Kind>
-Material<Kind> material_of(const ConstraintSet& set) {
+Materials<Kind> materials_of(const ConstraintSet& set) {
   if constexpr (std::is_same_v<Material<Kind>, Orthotropic>)
-    return *set.orthotropic;
+    return {*set.orthotropic};
   else
-    return set.parameter;
+    return {set.parameter, set.parameters.empty() ? nullptr : set.parameters.data()};
+}
+/// Those of constraint c.
+template <class Kind>
+Material<Kind> material_of(const ConstraintSet& set, int c) {
+  return materials_of<Kind>(set).of(c);
 }
 
 /// Pressure of a closed body, or of bodies whose meshes are closed where seams join them.

@@ -346,7 +346,7 @@ void note_fast_seams(Model& model) {
     if (!is_seam(set)) continue;
     with_kind(set.type, [&]<class Kind>(Kind) {
       for (int c = 0; c < set.count(); ++c) {
-        const double r = rest_value<Kind>(rest_positions(model, set), c, material_of<Kind>(set));
+        const double r = rest_value<Kind>(rest_positions(model, set), c, material_of<Kind>(set, c));
         if (r * set.per_closing > speed) speed = r * set.per_closing, gap = r;
       }
     });

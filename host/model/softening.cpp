@@ -22,7 +22,7 @@ double squared_rate(const Model& model, const ConstraintSet& set, int c) {
   const int* of = &set.particles[std::size_t(c) * n];
   double rest[Kind::rest_values], scale = 0, sum = 0;
   const RestPositions<Vec3> at_rest = rest_positions(model, set);
-  rest_values<Kind>(at_rest, c, material_of<Kind>(set), rest);
+  rest_values<Kind>(at_rest, c, material_of<Kind>(set, c), rest);
   Vector3<double> q[n], grad[n];
   at_rest.corners<Kind>(c, q);
   Kind::evaluate(q, rest, true, grad, scale);
@@ -105,7 +105,7 @@ BendingStep bending_step(const Model& model, const ConstraintSet& set) {
           const double s = h * h * squared_rate<Kind>(model, set, c);
           if (!(s > 0)) continue;
           double rest[Kind::rest_values], fold = 0;
-          rest_values<Kind>(rest_positions(model, set), c, material_of<Kind>(set), rest);
+          rest_values<Kind>(rest_positions(model, set), c, material_of<Kind>(set, c), rest);
           for (int k = 0; k < folds<Kind>(); ++k) fold = std::max(fold, std::abs(rest[k]));
           all.push_back(s), turning2 += s * fold * fold, share = share_of_s<Kind>();
         }

@@ -43,7 +43,7 @@ StencilOf<Kind> stencil_of(const Model& model, const ConstraintSet& set, int c) 
   StencilOf<Kind> one{&set.particles[std::size_t(c) * Kind::particles], set.alpha(c), {}, {}};
   Vector3<double> q[Kind::particles];
   rest_positions(model, set).corners<Kind>(c, q);
-  Stencil::weights(q, material_of<Kind>(set), one.weights, one.own);
+  Stencil::weights(q, material_of<Kind>(set, c), one.weights, one.own);
   return one;
 }
 

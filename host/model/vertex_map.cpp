@@ -115,4 +115,24 @@ std::vector<double> factors_at_points(const Scene& scene, std::size_t body, cons
   return values;
 }
 
+std::vector<double> parameter_factors_at_points(const Scene& scene, std::size_t body, const Mesh& mesh,
+                                                const VertexMap& map, const Parameter& parameter, double value,
+                                                const std::string& pointer) {
+  const std::vector<double> values = values_at_points(scene.bodies[body].shape, mesh, map, {scene.file, pointer});
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const double there = values[i] * value;
+    if ((parameter.minimum_allowed ? there >= parameter.minimum : there > parameter.minimum) &&
+        there <= parameter.maximum && std::isfinite(there))
+      continue;
+    const std::string below = std::isfinite(parameter.maximum) ? ", <= " + shown(parameter.maximum) : "";
+    refuse(scene.file, pointer,
+           "the factor " + shown(values[i]) + " at vertex " +
+               std::to_string(vertex_of(mesh.vertices, static_cast<int>(i))) + ", with which '" + parameter.name +
+               "' is " + shown(there),
+           "factors with which it is " + std::string(parameter.minimum_allowed ? ">= " : "> ") +
+               shown(parameter.minimum) + below + "; \"range\" says what 0 and 1 of a channel are");
+  }
+  return values;
+}
+
 }  // namespace malha

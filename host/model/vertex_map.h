@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "kernels/projection/constraint_kind.h"
 #include "malha/scene.h"
 
 namespace malha {
@@ -28,6 +29,11 @@ struct FactorRange {
 /// The same for a body of the scene. Refuses values outside of the range, which begins at 0.
 std::vector<double> factors_at_points(const Scene& scene, std::size_t body, const Mesh& mesh, const VertexMap& map,
                                       const std::string& pointer, const FactorRange& range = {});
+
+/// Factors of a parameter of this value. Refuses those that take it out of its range.
+std::vector<double> parameter_factors_at_points(const Scene& scene, std::size_t body, const Mesh& mesh,
+                                                const VertexMap& map, const Parameter& parameter, double value,
+                                                const std::string& pointer);
 
 /// A picture: its channels from the top row on, each in [0, 1].
 struct ChannelPicture {

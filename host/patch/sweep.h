@@ -186,8 +186,8 @@ class Sweep {
   /// One of the updates that SolvePatch instantiates for the kind.
   template <class Kind>
   static Update update_of(const ConstraintSet& set, int iterations) {
-    if (!Kind::strength.accepts_stiffness) return takes_material<Kind>() ? Update::Material : Update::Compliant;
-    if (!set.softness.empty()) return Update::Material;
+    if (needs_material<Kind>() || !set.softness.empty()) return Update::Material;
+    if (!Kind::strength.accepts_stiffness) return Update::Compliant;
     // With several iterations each needs the total that was applied (kMaxStartStep, kernels/projection/direction.h): a
     // compliance of 0 is the same as a stiffness of 1. Coarse constraints are swept once in a substep, whatever the
     // iterations.
@@ -207,7 +207,7 @@ class Sweep {
       if constexpr (stores_distance(KindList<Kind>()))
         own[0] = set.rest[c];
       else
-        rest_values<Kind>(rest_positions(model, set), c, material_of<Kind>(set), own);
+        rest_values<Kind>(rest_positions(model, set), c, material_of<Kind>(set, c), own);
       R* to = &rest[slot * count];
       std::copy(own, own + Kind::rest_values, to);
       if (int(count) > Kind::rest_values) to[Kind::rest_values] = R(set.softness.empty() ? 1 : set.softness[c]);

@@ -78,9 +78,25 @@ double share_left_by_levels(int levels, bool auto_levels_act) {
   return std::pow(0.25, levels);
 }
 
-/// Calls f(body, constraint, cells that its shear wave travels in a substep over the root of the iterations).
+/// The stiffest place of a body's material by its maps: its modulus over that of the scene, and its Poisson's ratio.
+struct StiffestPlace {
+  double modulus = 0, poisson_ratio = 0;
+};
+std::vector<StiffestPlace> stiffest_places(const Model& model) {
+  std::vector<StiffestPlace> places(model.scene.bodies.size());
+  for (const ConstraintSet& set : model.sets)
+    for (int c = 0; set.type == "neo_hookean" && c < set.count(); ++c) {
+      StiffestPlace& of = places[body_of(model, model.user_index[set.particles[std::size_t(c) * set.arity]])];
+      of.modulus = std::max(of.modulus, 1 / set.softness_of(c));
+      of.poisson_ratio = std::max(of.poisson_ratio, set.parameters.empty() ? set.parameter : set.parameters[c]);
+    }
+  return places;
+}
+
+/// Calls f(body, Poisson's ratio, cells that its shear wave travels in a substep over the root of the iterations).
 template <class F>
 void for_each_wave(const Model& model, F&& f) {
+  const std::vector<StiffestPlace> stiffest = stiffest_places(model);
   for (std::size_t b = 0; b < model.tetrahedra.size(); ++b) {
     const BodySpec& body = model.scene.bodies[b];
     for (const ConstraintSpec& spec : body.constraints) {
@@ -88,9 +104,11 @@ void for_each_wave(const Model& model, F&& f) {
       double space = 0;
       for (const Tetrahedron& t : model.tetrahedra[b]) space += volume(model.at_rest(), t);
       const double density = body.density ? *body.density : body.mass.value_or(0) / space;
-      const double speed = std::sqrt(spec.young_modulus.value() / density / 3 / model.scene.solver.iterations);
+      const bool has_map = spec.map || spec.parameter_map;
+      const double modulus = spec.young_modulus.value() * (has_map ? stiffest[b].modulus : 1);
+      const double speed = std::sqrt(modulus / density / 3 / model.scene.solver.iterations);
       const double cell = std::cbrt(6 * space / static_cast<double>(model.tetrahedra[b].size()));
-      f(b, spec, speed * substep(model) / cell);
+      f(b, has_map ? stiffest[b].poisson_ratio : spec.parameter, speed * substep(model) / cell);
     }
   }
 }
@@ -147,7 +165,7 @@ PinStrain worst_pin_strain(const Model& model) {
 
 ShearWave fastest_shear_wave(const Model& model) {
   ShearWave fastest;
-  for_each_wave(model, [&](std::size_t body, const ConstraintSpec&, double cells) {
+  for_each_wave(model, [&](std::size_t body, double, double cells) {
     if (cells > fastest.cells) fastest = {cells, static_cast<int>(body)};
   });
   return fastest;
@@ -155,9 +173,9 @@ ShearWave fastest_shear_wave(const Model& model) {
 
 VolumeSoftening worst_volume_softening(const Model& model) {
   VolumeSoftening most;
-  for_each_wave(model, [&](std::size_t body, const ConstraintSpec& spec, double cells) {
+  for_each_wave(model, [&](std::size_t body, double nu, double cells) {
     if (std::holds_alternative<TetBoxShape>(model.scene.bodies[body].shape)) return;
-    const double nu = spec.parameter, s = cells * cells * 2 * nu / (1 - 2 * nu);
+    const double s = cells * cells * 2 * nu / (1 - 2 * nu);
     if (const double share = s / (1 + s / 4); share > most.share) most = {share, nu, static_cast<int>(body)};
   });
   return most;

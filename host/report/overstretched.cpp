@@ -44,7 +44,9 @@ double inelastic_share(const Model& model, const LengthRun& run) {
 /// Returns whether more than loads stretches the body, so that no number of substeps helps: tearing, rest lengths that
 /// are not those of its shape, or pins that move apart.
 bool stretches_by_design(const BodySpec& body) {
-  const auto other_length = [](const ConstraintSpec& of) { return of.type == "distance" && of.parameter != 1; };
+  const auto other_length = [](const ConstraintSpec& of) {
+    return of.type == "distance" && (of.parameter != 1 || of.parameter_map);
+  };
   const auto moves = [](const Pin& pin) { return !pin.motion.empty(); };
   return body.tear.has_value() || std::ranges::any_of(body.constraints, other_length) ||
          (body.pins.size() > 1 && std::ranges::any_of(body.pins, moves));

@@ -51,9 +51,12 @@ std::uint64_t scene_hash(const Model& model) {
   hash = hash_values(model.x, hash);
   for (const Mesh& rest : model.render_mesh.rest) hash = hash_values(rest.points, hash_values(rest.faces, hash));
   for (const ConstraintSet& set : model.sets) hash = hash_values(set.particles, hash);
-  for (const ConstraintSet& set : model.sets)
-    if (has_maps) hash = hash_values(set.softness, hash);
-  if (has_maps) hash = hash_values(model.mass, hash);
+  if (has_maps) {
+    for (const auto* sets : {&model.sets, &model.stencils})
+      for (const ConstraintSet& set : *sets) hash = hash_values(set.parameters, hash_values(set.softness, hash));
+    for (const SpringSet& set : model.springs) hash = hash_values(set.rest, hash_values(set.stiffness, hash));
+    hash = hash_values(model.mass, hash);
+  }
   for (const PressureSet& set : model.pressures) hash = hash_values(set.triangles, hash);
   for (const FileVertices& file : model.render_mesh.vertices)
     hash = hash_values(file.point, hash);  // pins are given by vertices

@@ -5,7 +5,6 @@
 #include <limits>
 
 #include "kernels/constraints/constraint_registry.h"
-#include "kernels/projection/project_constraint.h"
 
 namespace malha {
 
@@ -22,8 +21,7 @@ const std::vector<ConstraintSchema>& constraint_kinds() {
       const Parameter& p = Kind::parameter;
       const Strength& s = Kind::strength;
       all.push_back({Kind::name, p.name, p.default_value, p.minimum, p.minimum_allowed, p.maximum, s.accepts_stiffness,
-                     s.modulus ? s.modulus : "", s.unit ? s.unit : "", "", Kind::element == Element::Edges,
-                     takes_material<Kind>()});
+                     s.modulus ? s.modulus : "", s.unit ? s.unit : "", "", Kind::element == Element::Edges, true});
     });
     // These are not in the registry, because they have no batches: pressure acts on a whole mesh, long_range on one
     // particle at a time.

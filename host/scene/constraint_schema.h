@@ -19,7 +19,7 @@ struct ConstraintSchema {
   std::string unit;        // of the modulus
   std::string shear;       // key of the modulus in shear or twist beside two moduli; "": the kind has one modulus only
   bool on_edges;           // has the key "elements", which selects among the edges of the mesh
-  bool takes_map;          // has the key "map": its constraints can have a compliance each
+  bool takes_maps;         // has the key "map", and that of the parameter with "_map"
 };
 
 /// All kinds of constraints that a body may have, in the order in which messages list them.

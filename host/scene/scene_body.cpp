@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "host/base/spelling_suggestion.h"
 #include "host/scene/constraint_schema.h"
 #include "host/scene/scene_fields.h"
 #include "malha/fabrics.h"
@@ -84,7 +85,10 @@ Fields fields_of(ConstraintSpec& spec, const ConstraintSchema* kind, const std::
   if (accepts)
     fields.push_back(
         written_if(!has_modulus && !spec.compliance, field("stiffness", spec.stiffness, between(0, 1, ""))));
-  if ((kind && kind->takes_map) || spec.map) fields.push_back(map_field("map", spec.map, folder));
+  const bool takes_maps = kind && kind->takes_maps;
+  if (takes_maps || spec.map) fields.push_back(map_field("map", spec.map, folder));
+  if (takes_maps || spec.parameter_map)
+    fields.push_back(map_field((kind ? kind->parameter : "parameter") + "_map", spec.parameter_map, folder));
   return fields;
 }
 
@@ -109,6 +113,28 @@ void check_orthotropy(const JsonReader& at, const ConstraintSchema& kind, const 
                 "'" + kind.parameter + "' <= " + shown(most) + ", so that every strain stores energy");
 }
 
+/// Refuses maps of constraints that have no elements with a number each.
+void check_takes_maps(const JsonReader& at, const ConstraintSchema& kind) {
+  std::vector<std::string> names;
+  for (const ConstraintSchema& other : constraint_kinds())
+    if (other.takes_maps) names.push_back(other.name);
+  for (const std::string& key : {std::string("map"), kind.parameter + "_map"})
+    if (at.has(key) && !kind.takes_maps) at.at(key).refuse("a map of '" + kind.name + "'", "one of " + join(names));
+}
+
+void check_maps(const JsonReader& at, const ConstraintSchema& kind, const ConstraintSpec& spec) {
+  if (spec.map && !spec.rigidity && !spec.young_modulus && !(spec.compliance.value_or(0) > 0))
+    at.at("map").refuse(
+        "'map' of a constraint that does not give way",
+        "'map' beside " + (kind.modulus.empty() ? "" : "'" + kind.modulus + "' or ") + "a 'compliance' > 0");
+  if (!spec.parameter_map) return;
+  const std::string key = kind.parameter + "_map";
+  if (spec.orthotropy)
+    at.at(key).refuse("'" + key + "' beside two moduli", "one of a single '" + kind.modulus + "', or no map");
+  if (spec.parameter == 0)
+    at.at(key).refuse("factors of the '" + kind.parameter + "' 0", "'" + kind.parameter + "' > 0");
+}
+
 ConstraintSpec read_constraint(const JsonReader& at, const std::string& folder) {
   std::vector<std::string> names;
   for (const ConstraintSchema& kind : constraint_kinds()) names.push_back(kind.name);
@@ -119,6 +145,7 @@ ConstraintSpec read_constraint(const JsonReader& at, const std::string& folder) 
   if (kind.on_edges) spec.elements = {"edges"};
   if (spec.type == "pressure" && at.has("pressure"))  // the former name of the key
     at.at("pressure").refuse("'pressure', which is a ratio of volumes, not a pressure", "'volume_ratio'");
+  check_takes_maps(at, kind);
   // The modulus decides, before it is read, whether the material has two of them.
   if (!kind.shear.empty() && at.has(kind.modulus) && at.at(kind.modulus).value().is_array()) spec.orthotropy.emplace();
   at.object(fields_of(spec, &kind, folder));
@@ -130,10 +157,7 @@ ConstraintSpec read_constraint(const JsonReader& at, const std::string& folder) 
     at.at("compliance").refuse("both 'stiffness' and 'compliance'", "one of them");
   if (at.has(kind.modulus) && (at.has("stiffness") || at.has("compliance")))
     at.at(kind.modulus).refuse("'" + kind.modulus + "' beside 'stiffness' or 'compliance'", "one of them");
-  if (spec.map && !spec.rigidity && !spec.young_modulus && !(spec.compliance.value_or(0) > 0))
-    at.at("map").refuse(
-        "'map' of a constraint that does not give way",
-        "'map' beside " + (kind.modulus.empty() ? "" : "'" + kind.modulus + "' or ") + "a 'compliance' > 0");
+  check_maps(at, kind, spec);
   return spec;
 }
 

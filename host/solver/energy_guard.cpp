@@ -23,7 +23,7 @@ double stored_in(const Model& model, const ConstraintSet& set, int c, const std:
   constexpr int n = Kind::particles;
   const int* of = &set.particles[std::size_t(c) * n];
   double rest[Kind::rest_values];
-  closed_rest_values<Kind>(rest_positions(model, set), c, material_of<Kind>(set), set.per_closing, rest);
+  closed_rest_values<Kind>(rest_positions(model, set), c, material_of<Kind>(set, c), set.per_closing, rest);
   Vector3<double> q[n], grad[n];
   corners<Kind>(x.data(), of, q);
   if constexpr (multipliers<Kind>() > 1) {

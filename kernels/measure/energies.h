@@ -55,15 +55,17 @@ struct LengthSum {
 /// |l - l0| / l0 of a length between two points. Point: a type with elements 0, 1, 2 (m).
 template <class Point>
 struct MeasureLength {
-  const Point *X, *x;  // at rest, and now
-  const int* ends;     // two a length
-  double scale;        // of l0, over the length in X
-  const double* rest;  // l0 of each, m; null: by X
-  const Point* own;    // the ends of each at rest, two a length; null: by X
+  const Point *X, *x;    // at rest, and now
+  const int* ends;       // two a length
+  double scale;          // of l0, over the length in X
+  const double* scales;  // of the l0 of each; null: `scale`
+  const double* rest;    // l0 of each, m; null: by X
+  const Point* own;      // the ends of each at rest, two a length; null: by X
   KERNEL LengthSum operator()(int c) const {
     const int a = ends[2 * c], b = ends[2 * c + 1];
     const Point &A = own ? own[2 * c] : X[a], &B = own ? own[2 * c + 1] : X[b];
-    const double l02 = rest ? rest[c] * rest[c] : scale * scale * squared(A, B);
+    const double of = scales ? scales[c] : scale;
+    const double l02 = rest ? rest[c] * rest[c] : of * of * squared(A, B);
     if (!(l02 > 0)) return {};
     const double strain = sqrt(squared(x[a], x[b]) / l02) - 1, size = strain < 0 ? -strain : strain;
     return {size * size, size, c};

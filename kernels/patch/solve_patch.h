@@ -284,11 +284,9 @@ struct SolvePatch {
                                 ProjectSet<Kind, Updated::value, Group, Local>{this, group, &patch, local, &set,
                                                                                in_order ? -1 : begin + end - 1});
         };
-        if constexpr (Kind::strength.accepts_stiffness) by(By<Update::Stiff>()), by(By<Update::Compliant>());
-        if constexpr (takes_material<Kind>())
-          by(By<Update::Material>());
-        else if constexpr (!Kind::strength.accepts_stiffness)
-          by(By<Update::Compliant>());
+        if constexpr (Kind::strength.accepts_stiffness) by(By<Update::Stiff>());
+        if constexpr (!needs_material<Kind>()) by(By<Update::Compliant>());
+        if constexpr (takes_material<Kind>()) by(By<Update::Material>());
       }
     });
   }

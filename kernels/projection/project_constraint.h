@@ -18,10 +18,17 @@ namespace malha {
 /// (kernels/projection/direction.h).
 enum class Update { Stiff, Compliant, Material };
 
-/// Tells whether constraints of a kind can have a compliance each: Update::Material.
+/// Tells whether constraints of a kind can have a compliance each, Update::Material: those of a mesh, on which a map
+/// may multiply their stiffness.
 template <class Kind>
 KERNEL constexpr bool takes_material() {
-  return Kind::strength.modulus != nullptr && (Kind::strength.accepts_stiffness || facts_of(Kind::element).weighed);
+  return !facts_of(Kind::element).sewn;
+}
+
+/// Tells whether they have no other update: those of a modulus whose elements have a weight each.
+template <class Kind>
+KERNEL constexpr bool needs_material() {
+  return !Kind::strength.accepts_stiffness && facts_of(Kind::element).weighed;
 }
 
 /// Number of rest values of a constraint.

@@ -31,6 +31,18 @@ struct RestPositions {
   }
 };
 
+/// The constants from which the rest values of each constraint of a set are computed: the same of all, or a parameter
+/// each.
+template <class Kind>
+struct Materials {
+  Material<Kind> common;
+  const double* parameters{nullptr};  // of each constraint; null: the common one
+  KERNEL Material<Kind> of(int c) const {
+    if constexpr (std::is_same_v<Material<Kind>, double>) return parameters ? parameters[c] : common;
+    return common;
+  }
+};
+
 /// Rest values of constraint c.
 template <class Kind, class Point>
 KERNEL void rest_values(const RestPositions<Point>& at, int c, const Material<Kind>& material,
@@ -77,12 +89,12 @@ struct MeasureResidual {
   const Point* x;        // now
   const double* w;       // 1/kg
   const int* particles;  // Kind::particles a constraint
-  Material<Kind> material;
+  Materials<Kind> materials;
   const double* softness;  // factor of each constraint's compliance; null: 1
   KERNEL Residual operator()(int c) const {
     constexpr int n = Kind::particles;
     double rest[Kind::rest_values];
-    rest_values<Kind>(at_rest, c, material, rest);
+    rest_values<Kind>(at_rest, c, materials.of(c), rest);
     Vector3<double> q[n], grad[n];
     corners<Kind>(x, particles + c * n, q);
     double scale, sum = 0, sum_w = 0;
@@ -109,11 +121,11 @@ struct MeasureEnergy {
   RestPositions<Point> at_rest;
   const Point* x;        // now
   const int* particles;  // Kind::particles a constraint
-  Material<Kind> material;
+  Materials<Kind> materials;
   const double* softness;  // factor of each constraint's compliance; null: 1
   KERNEL Sum operator()(int c) const {
     double rest[Kind::rest_values];
-    rest_values<Kind>(at_rest, c, material, rest);
+    rest_values<Kind>(at_rest, c, materials.of(c), rest);
     Vector3<double> q[Kind::particles];
     corners<Kind>(x, particles + c * Kind::particles, q);
     const double energy = Kind::energy(q, rest);

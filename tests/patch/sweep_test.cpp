@@ -51,7 +51,7 @@ class ScalarSweep {
       with_kind(set.type, [&]<class Kind>(Kind) {
         for (int c = 0; c < set.count(); ++c) {
           double rest[Kind::rest_values];
-          rest_values<Kind>(rest_positions(model, set), c, material_of<Kind>(set), rest);
+          rest_values<Kind>(rest_positions(model, set), c, material_of<Kind>(set, c), rest);
           rest_[s].insert(rest_[s].end(), rest, rest + Kind::rest_values);
         }
       });

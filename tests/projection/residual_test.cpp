@@ -17,7 +17,7 @@ Residual residual(const std::vector<Vec3>& X, const std::vector<Vec3>& x, const 
   return parallel_reduce<Residual>(
       Serial{}, static_cast<int>(particles.size()) / Kind::particles,
       MeasureResidual<Kind, Vec3>{
-          {X.data(), particles.data()}, x.data(), w.data(), particles.data(), parameter, nullptr});
+          {X.data(), particles.data()}, x.data(), w.data(), particles.data(), {parameter}, nullptr});
 }
 
 TEST(MeasureResidual, AddsUpTheStrainsOfAChain) {

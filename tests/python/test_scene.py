@@ -6,7 +6,7 @@ import pickle
 
 import numpy as np
 import pytest
-from conftest import ROOT, cloth, said_by_command, scene_of
+from conftest import ROOT, chain, cloth, said_by_command, scene_of
 
 import malha
 
@@ -26,6 +26,23 @@ def test_arrays_and_numbers_of_numpy_stand_for_lists():
     given = scene_of(cloth(), gravity=np.array([0, -1, 0]))
     given["bodies"][0]["mass"] = np.float32(0.5)
     assert malha.Scene(given).to_dict()["gravity"] == [0, -1, 0]
+
+
+def test_maps_of_a_constraint_are_arrays_and_may_change_between_steps():
+    def hung(factors):
+        link = {"type": "distance", "compliance": 1e-3, "map": {"values": np.array([1, 3.0])},
+                "rest_scale_map": {"values": factors}}
+        return scene_of(chain(constraints=[link]), gravity=[0, -10, 0], wind={"velocity": [0, 0, 0], "drag": 10})
+
+    simulation = malha.Simulation(hung(np.array([1.0, 1.0])))
+    simulation.step(1000)
+    # 1 kg by a spring of the mean stiffness, 2 / (1e-3 m/N).
+    assert np.linalg.norm(simulation.positions[1]) == pytest.approx(0.5 + 10 / 2000, abs=1e-3)
+    simulation.scene = hung(np.array([1.0, 0.5]))
+    simulation.step(1000)
+    assert np.linalg.norm(simulation.positions[1]) == pytest.approx(0.75 * 0.5 + 10 / 2000, abs=1e-3)
+    with pytest.raises(malha.InputError, match="the factor 0 at vertex 1"):
+        malha.Simulation(hung([1, 0]))
 
 
 WRONG = [
