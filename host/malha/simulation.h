@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <memory_resource>
 #include <string>
 #include <vector>
 
@@ -33,6 +34,13 @@ struct SimulationOptions {
   /// Threads of the program, such as a pool of its own, instead of OpenMP's: see ParallelFor. `threads` is then the
   /// largest number of groups that a launch is divided into, and 0 the number of cores. The bits are those of OpenMP.
   ParallelFor parallel_for = {};
+  /// Memory of the program, such as a pool, for what is laid out: the arrays of particles, constraints, contacts,
+  /// self-collision, levels and filters, each aligned to 64 bytes; null: operator new, with large pages. It is asked
+  /// by the thread that calls the simulation, by steps only where a list of contacts grows, and gets each array back at
+  /// the latest when the simulation ends, which it must outlive. It may be another one for each simulation; one that
+  /// simulations in several threads share must be safe for threads. Not from it come the model (std::vector: meshes,
+  /// lists of constraints), the trees and triangles of environment meshes, and the results of calls. Cuda refuses it.
+  std::pmr::memory_resource* memory = nullptr;
   Backend backend = Backend::OpenMP;
   /// Instruction set: "baseline", "avx2" or "avx512"; "": the widest that the CPU supports.
   std::string instructions = {};
