@@ -71,6 +71,8 @@ bool LayoutMap::mixes(const std::vector<int>& objects) const {
   return any(objects, false) && any(particles, false) && (any(objects, true) || any(particles, true));
 }
 
+bool LayoutMap::has_same_particles(std::size_t count) const { return particles == first(count); }
+
 LayoutMap map_of_particles(const Model& model, std::vector<int> particles) {
   const Kinds kinds(model);
   LayoutMap map;

@@ -22,6 +22,8 @@ struct LayoutMap {
   bool is_new(const std::vector<int>& objects, std::size_t k, std::size_t particle) const {
     return objects[k] == kNew || particles[particle] == kNew;
   }
+  /// Tells whether the particles are those of the layout before, which had this many, in the same order.
+  bool has_same_particles(std::size_t count) const;
   /// Tells whether some pairs of these objects are new, but not all.
   bool mixes(const std::vector<int>& objects) const;
 };

@@ -404,11 +404,11 @@ struct Simulation::Parts {
 
 Simulation::Simulation(const Scene& scene, const SimulationOptions& options) : parts_(std::make_unique<Parts>()) {
   const bool serial = options.backend == Backend::Serial, on_device = options.backend == Backend::Cuda;
-  if (on_device) require_cuda();
   parts_->options = options;
   if (options.memory != nullptr && on_device)
     refuse("simulation", "memory", "the backend \"cuda\" beside it",
            "memory of the host, for \"openmp\" and \"serial\"");
+  if (on_device) require_cuda();
   if (options.parallel_for) {
     if (options.adaptive_threads || options.backend != Backend::OpenMP)
       refuse("simulation", "parallel_for",

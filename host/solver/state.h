@@ -321,7 +321,8 @@ State<To> converted(const State<From>& from) {
 }
 
 /// The state in another layout of a state in any precision, in double. `start`: the state at the start of that layout,
-/// in its precision, which new particles have; what it has no memory for is left out. Searches are invalid.
+/// in its precision, which new particles have; what it has no memory for is left out. Searches are valid where all
+/// particles are the same.
 inline State<double> remapped(const State<double>& before, const LayoutMap& map, State<double> start) {
   State<double> state = std::move(start);
   const bool compensates = !state.low.empty(), compensated = !before.low.empty();
@@ -330,6 +331,7 @@ inline State<double> remapped(const State<double>& before, const LayoutMap& map,
       before.self.origin.empty()
           ? std::array<double, 3>{}
           : std::array<double, 3>{before.self.origin[0].x, before.self.origin[0].y, before.self.origin[0].z};
+  const bool same = map.has_same_particles(count_before);
   const bool remembers_self = !before.self.x0.empty() && compensates == compensated;
   state.steps = before.steps;
   if (!state.rest.empty()) state.rest = before.rest.empty() ? std::vector<std::int64_t>{0, -1} : before.rest;
@@ -359,6 +361,9 @@ inline State<double> remapped(const State<double>& before, const LayoutMap& map,
   if (!state.self.x0.empty()) {
     const bool ignores = state.self.search[0].crosses != 0;
     state.self = unsearched(std::move(x0_self), remembers_self ? before.self : SelfMemory<double>{});
+    if (remembers_self && map.keeps_self_distances && same) {
+      state.self.from = before.self.from, state.self.way = before.self.way, state.self.search = before.self.search;
+    }
     state.self.search[0].crosses = ignores ? 1 : state.self.search[0].crosses;
     for (std::size_t i = 0; map.keeps_self_distances && i < count; ++i)
       if (const int from = map.particles[i]; from != LayoutMap::kNew)
@@ -366,11 +371,16 @@ inline State<double> remapped(const State<double>& before, const LayoutMap& map,
   }
   if (!state.edges.x0.empty()) {
     state.edges = unsearched_edges<double>(state.edges.valid.size(), x0_edges);
-    for (std::size_t pair = 0; pair < state.edges.contact_distance.size(); ++pair)
-      if (const std::size_t group = pair / count, i = pair % count; !map.is_new(map.edge_groups, group, i))
-        state.edges.contact_distance[pair] =
-            before.edges.contact_distance[static_cast<std::size_t>(map.edge_groups[group]) * count_before +
-                                          static_cast<std::size_t>(map.particles[i])];
+    for (std::size_t pair = 0; pair < state.edges.contact_distance.size(); ++pair) {
+      const std::size_t group = pair / count, i = pair % count;
+      if (map.is_new(map.edge_groups, group, i)) continue;
+      const auto then = static_cast<std::size_t>(map.edge_groups[group]);
+      const std::size_t pair_then = then * count_before + static_cast<std::size_t>(map.particles[i]);
+      state.edges.contact_distance[pair] = before.edges.contact_distance[pair_then];
+      if (!same || compensates != compensated) continue;
+      state.edges.from[pair] = before.edges.from[pair_then], state.edges.way[pair] = before.edges.way[pair_then];
+      state.edges.valid[group] = before.edges.valid[then];
+    }
   }
   state.proximity = remapped(before.proximity, count_before, map);
   const bool all_overlaps = before.overlaps.empty() || before.overlaps[0] < 0;  // are found at the next detection

@@ -124,11 +124,10 @@ TEST(MemoryResource, GetsALayoutBackThatIsReplaced) {
     pins.push_back(40 + round);
     simulation.set_pins(pins), simulation.step();
     Scene other = simulation.scene();
-    other.bodies[0].mass = 1.1 + round;
+    other.bodies[0].constraints[0].stiffness = 0.9 - 0.1 * round;
     simulation.set_scene(other), simulation.step();
     EXPECT_LT(memory.live(), 1.2 * live);
   }
-  EXPECT_EQ(memory.taken() > 6, true);
 }
 
 TEST(MemoryResource, StaysWithASimulationThatMoves) {
@@ -179,8 +178,8 @@ TEST(MemoryResource, MayBeAnyOfTheStandardOnes) {
   const std::uint64_t expected = hash_after(usual, 5);
   std::pmr::monotonic_buffer_resource monotonic;
   std::pmr::unsynchronized_pool_resource pool;
-  for (std::pmr::memory_resource* memory : {static_cast<std::pmr::memory_resource*>(&monotonic),
-                                            static_cast<std::pmr::memory_resource*>(&pool)}) {
+  for (std::pmr::memory_resource* memory :
+       {static_cast<std::pmr::memory_resource*>(&monotonic), static_cast<std::pmr::memory_resource*>(&pool)}) {
     Simulation simulation(scene, {.threads = 1, .memory = memory});
     EXPECT_EQ(hash_after(simulation, 5), expected);
   }

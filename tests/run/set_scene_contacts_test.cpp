@@ -95,10 +95,10 @@ Replaced on_deforming() {
 }
 
 Replaced in_a_pile(double apart) {
-  Scene scene = scene_of({irregular_sheet_at("sheet", {0, 0.01, 0}, 5),
-                          irregular_sheet_at("second", {0.04, 0.01 + apart, 0.03}, 6),
-                          irregular_sheet_at("third", {-0.03, 0.01 + 2 * apart, 0.02}, 7)},
-                         kEarth, 0.01, 5);
+  Scene scene = scene_of(
+      {irregular_sheet_at("sheet", {0, 0.01, 0}, 5), irregular_sheet_at("second", {0.04, 0.01 + apart, 0.03}, 6),
+       irregular_sheet_at("third", {-0.03, 0.01 + 2 * apart, 0.02}, 7)},
+      kEarth, 0.01, 5);
   scene.environment = {object_at("object", PlaneShape{}, {0, 0, 0})};
   scene.self_collision.emplace().thickness = 0.008, scene.self_collision->friction = 0.2;
   return {"pile", scene};
@@ -126,8 +126,13 @@ Replaced with_levels() {
 }
 
 std::vector<Replaced> in_contact() {
-  return {over("mesh", object_at("object", kBall, {0, 0, 0})), over("exact", object_at("object", kExactBall, {0, 0, 0})),
-          with_edges(), on_deforming(), in_a_pile(0.012), in_a_pile(0.005), too_near(kBall, "near_mesh"),
+  return {over("mesh", object_at("object", kBall, {0, 0, 0})),
+          over("exact", object_at("object", kExactBall, {0, 0, 0})),
+          with_edges(),
+          on_deforming(),
+          in_a_pile(0.012),
+          in_a_pile(0.005),
+          too_near(kBall, "near_mesh"),
           too_near(kExactBall, "near_exact")};
 }
 std::vector<Replaced> of_all_kinds() {
@@ -220,8 +225,13 @@ double farthest(const std::vector<Vec3>& a, const std::vector<Vec3>& b, std::siz
   return most;
 }
 
+// The order of particles and constraints of the bodies that stay is the same. What holds all bodies together is another
+// one: the filter of Desbrun's method, whose factor rounds otherwise, and the search of self-collision, which lists the
+// pairs in another order, in which they push each other.
 TEST(SetSceneWithMore, BodiesFarAwayLeavesTheBitsOfContacts) {
   in_each_way(in_contact(), [](const Replaced& of) {
+    const bool piled = of.name == "pile", filtered = of.scene.solver.type == "desbrun";
+    const double most = piled ? 0.03 : filtered ? 1e-12 : 0;  // m/s
     Simulation set(of.scene, {.threads = 1}), alone(of.scene, {.threads = 1});
     steps(of, set, 25), steps(of, alone, 25);
     const std::size_t count = set.positions().size();
@@ -231,12 +241,159 @@ TEST(SetSceneWithMore, BodiesFarAwayLeavesTheBitsOfContacts) {
     EXPECT_EQ(farthest(set.positions(), alone.positions(), count), 0);
     EXPECT_EQ(farthest(set.velocities(), alone.velocities(), count), 0);
     steps(of, set, 20), steps(of, alone, 20);
-    EXPECT_EQ(farthest(set.velocities(), alone.velocities(), count), 0) << "with it";
+    EXPECT_LE(farthest(set.velocities(), alone.velocities(), count), most) << "with it";
     more.bodies.pop_back();
     set.set_scene(more);
     steps(of, set, 20), steps(of, alone, 20);
-    EXPECT_EQ(farthest(set.velocities(), alone.velocities(), count), 0) << "and without it";
+    EXPECT_LE(farthest(set.velocities(), alone.velocities(), count), most) << "and without it";
+    if (piled) {
+      EXPECT_LT(farthest(set.positions(), alone.positions(), count), 2e-3);
+      EXPECT_EQ(set.measure().crossings, 0);
+    }
   });
+}
+
+TEST(SetSceneWithMore, BodiesBeforeOthersLeavesThemWhereTheyAre) {
+  for (const Replaced& of : in_contact()) {
+    if (of.name == "pile") continue;
+    SCOPED_TRACE(of.name);
+    Simulation set(of.scene, {.threads = 1}), alone(of.scene, {.threads = 1});
+    steps(of, set, 25), steps(of, alone, 25);
+    Scene more = set.scene();
+    more.bodies.insert(more.bodies.begin(), irregular_sheet_at("far", {10, 5, 0}, 9));
+    set.set_scene(more);
+    steps(of, set, 20), steps(of, alone, 20);
+    std::vector<Vec3> now = set.velocities();
+    now.erase(now.begin(), now.begin() + kParticles);
+    EXPECT_LT(farthest(now, alone.velocities(), now.size()), 1e-6) << "particles may be projected in another order";
+  }
+}
+
+/// A particle above the top of an object that keeps 10 mm.
+Scene particle_above(const Shape& shape, double height, const Vec3& velocity) {
+  Scene scene = scene_of({particle({0, 0.2 + height, 0}, velocity)}, {0, 0, 0}, 0.01, 5);
+  scene.environment = {object_at("object", shape, {0, 0, 0})};
+  return scene;
+}
+
+class PressedOnto : public testing::TestWithParam<Shape> {};
+
+TEST_P(PressedOnto, TheOverlapStaysWhatItWas) {
+  const Scene scene = particle_above(GetParam(), 0.004, {0, 0, 0});
+  Simulation set(scene, {.threads = 1}), alone(scene, {.threads = 1});
+  for (int step = 0; step < 5; ++step) set.step(), alone.step();
+  EXPECT_NEAR(set.positions()[0][1], 0.204, 1e-6) << "keeps its overlap of 6 mm";
+  Scene more = scene;
+  more.bodies.push_back(particle({0, 0.2 + 0.003, 5}));
+  more.bodies.back().name = "another";
+  more.environment.push_back(object_at("second", GetParam(), {0, 0, 5}));
+  for (int round = 0; round < 4; ++round) {
+    set.set_scene(round % 2 == 0 ? more : scene);
+    for (int step = 0; step < 5; ++step) {
+      set.step(), alone.step();
+      EXPECT_EQ(set.positions()[0], alone.positions()[0]);
+      EXPECT_EQ(set.velocities()[0], alone.velocities()[0]);
+    }
+    if (round == 0) {
+      EXPECT_NEAR(set.positions()[1][1], 0.203, 1e-6) << "the new one keeps its own";
+    }
+  }
+}
+
+TEST_P(PressedOnto, AParticleThatFellStaysAtTheThickness) {
+  const Scene scene = particle_above(GetParam(), 0.02, {0, -0.5, 0});
+  Simulation set(scene, {.threads = 1}), alone(scene, {.threads = 1});
+  for (Simulation* one : {&set, &alone})
+    for (int step = 0; step < 10; ++step) one->step();
+  Scene more = scene;
+  more.bodies.push_back(particle({0, 9, 0}));
+  more.bodies.back().name = "another";
+  set.set_scene(more);
+  for (int step = 0; step < 20; ++step) set.step(), alone.step();
+  EXPECT_EQ(set.positions()[0], alone.positions()[0]);
+  EXPECT_GT(set.positions()[0][1], 0.2099) << "at the thickness";
+}
+
+TEST_P(PressedOnto, AnotherThicknessThrowsNothing) {
+  Scene scene = particle_above(GetParam(), 0.011, {0, 0, 0});
+  Simulation simulation = after(scene, 0.1);
+  scene.environment[0].thickness = 0.02;
+  simulation.set_scene(scene);
+  for (int step = 0; step < 10; ++step) simulation.step();
+  EXPECT_LT(length(simulation.velocities()[0]), 1e-9);
+  EXPECT_NEAR(simulation.positions()[0][1], 0.211, 1e-6);
+}
+
+INSTANTIATE_TEST_SUITE_P(Shapes, PressedOnto,
+                         testing::Values(Shape(SphereShape{0.2, 3}), Shape(SphereShape{0.2, std::nullopt}),
+                                         Shape(BoxShape{{1, 0.4, 1}, std::array{3, 2, 3}}),
+                                         Shape(BoxShape{{1, 0.4, 1}, std::nullopt})));
+
+TEST(SetSceneWithOther, MassesAndStiffnessThrowsNothing) {
+  in_each_way(in_contact(), [](const Replaced& of) {
+    Simulation set(of.scene, {.threads = 1}), alone(of.scene, {.threads = 1});
+    steps(of, set, 60), steps(of, alone, 60);
+    Scene other = set.scene();
+    for (BodySpec& body : other.bodies) {
+      body.mass = 0.102;
+      body.constraints[0].compliance = 1.02e-5;
+    }
+    set.set_scene(other);
+    double usual = 0, most = 0;  // m/s
+    for (int step = 0; step < 10; ++step) {
+      steps(of, set, 1), steps(of, alone, 1);
+      for (const Vec3& v : alone.velocities()) usual = std::max(usual, length(v));
+      for (const Vec3& v : set.velocities()) most = std::max(most, length(v));
+    }
+    EXPECT_LT(most, 1.1 * usual + 0.02);
+  });
+}
+
+TEST(SetSceneWithOther, PrecisionGoesOnFromTheSameState) {
+  for (const Precision from : {Precision::Double, Precision::Float})
+    for (const Replaced& of : in_contact()) {
+      SCOPED_TRACE(of.name + (from == Precision::Float ? " from float" : " from double"));
+      Scene scene = of.scene;
+      scene.solver.precision = from;
+      Simulation set(scene, {.threads = 1}), alone(scene, {.threads = 1});
+      steps(of, set, 40), steps(of, alone, 40);
+      scene = set.scene();
+      scene.solver.precision = from == Precision::Float ? Precision::Double : Precision::Float;
+      set.set_scene(scene);
+      EXPECT_LT(farthest(set.positions(), alone.positions(), kParticles), from == Precision::Float ? 1e-30 : 1e-12);
+      steps(of, set, 3), steps(of, alone, 3);
+      EXPECT_LT(farthest(set.positions(), alone.positions(), kParticles), 1e-4);
+      set.count_crossings();
+      EXPECT_EQ(set.measure().crossings, 0);
+    }
+}
+
+TEST(SetSceneWithOther, PinsLetsGoWithoutAThrow) {
+  for (const Shape& shape : {Shape(SphereShape{0.2, 3}), Shape(SphereShape{0.2, std::nullopt})}) {
+    Scene scene = particle_above(shape, 0.004, {0, 0, 0});
+    scene.bodies[0].pins = {ListPin{{0}}};
+    Simulation simulation = after(scene, 0.1);
+    scene.bodies[0].pins.clear();
+    simulation.set_scene(scene);
+    for (int step = 0; step < 10; ++step) simulation.step();
+    EXPECT_LT(length(simulation.velocities()[0]), 1e-9);
+    EXPECT_NEAR(simulation.positions()[0][1], 0.204, 1e-6);
+  }
+}
+
+TEST(SetSceneWithMore, WakesASceneThatSleeps) {
+  const Replaced of = asleep();
+  Simulation simulation(of.scene, {.threads = 1});
+  steps(of, simulation, 80);
+  ASSERT_GT(simulation.solver().sleep()->particles, 0);
+  simulation.set_scene(simulation.scene());
+  EXPECT_GT(simulation.solver().sleep()->particles, 0) << "the same scene sleeps on";
+  Scene more = of.scene;
+  more.bodies.push_back(irregular_sheet_at("falls", {0.1, 0.5, 0}, 9));
+  simulation.set_scene(more);
+  EXPECT_EQ(simulation.solver().sleep()->particles, 0);
+  steps(of, simulation, 100);
+  EXPECT_LT(simulation.positions().back()[1], 0.02) << "it has fallen";
 }
 
 }  // namespace
