@@ -149,7 +149,7 @@ class DeformingCollider {
   /// Finds the overlaps of the pairs that a layout has and another one had not, as at the start, with the meshes where
   /// they are at `time` (s). All others keep theirs.
   void find_new_overlaps(const Particles<R>& particles, const LayoutMap& map, double time) {
-    if (keeps_overlaps_ || !map.mixes(map.deforming)) return;
+    if (keeps_overlaps_ || !map.has_new(map.deforming)) return;
     std::vector<float> all = overlaps();
     set_poses(time, time);
     keeps_overlaps_ = true, detect_contacts(particles);

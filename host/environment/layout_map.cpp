@@ -64,11 +64,8 @@ std::vector<int> first(std::size_t count) {
 
 }  // namespace
 
-bool LayoutMap::mixes(const std::vector<int>& objects) const {
-  const auto any = [](const std::vector<int>& all, bool is_new) {
-    return std::ranges::any_of(all, [is_new](int one) { return (one == kNew) == is_new; });
-  };
-  return any(objects, false) && any(particles, false) && (any(objects, true) || any(particles, true));
+bool LayoutMap::has_new(const std::vector<int>& objects) const {
+  return std::ranges::count(objects, kNew) + (objects.empty() ? 0 : std::ranges::count(particles, kNew)) > 0;
 }
 
 bool LayoutMap::has_same_particles(std::size_t count) const { return particles == first(count); }

@@ -24,8 +24,8 @@ struct LayoutMap {
   }
   /// Tells whether the particles are those of the layout before, which had this many, in the same order.
   bool has_same_particles(std::size_t count) const;
-  /// Tells whether some pairs of these objects are new, but not all.
-  bool mixes(const std::vector<int>& objects) const;
+  /// Tells whether any pair of a particle and one of these objects is new.
+  bool has_new(const std::vector<int>& objects) const;
 };
 
 /// The map of a layout whose particles are these and whose objects are those of the model before. Distances between

@@ -79,7 +79,6 @@ struct Simulation::Parts {
     Model model;  // referenced by the solver
     std::vector<Split> splits;
     std::unique_ptr<Solver> solver;
-    std::vector<Vec3> forces = {};  // on particles, N, by the user's number; empty: none
 
     /// Sets the state. Pins get velocity 0, or that of their keyframes, which every step sets again, because substeps
     /// of separate passes would move them with any other velocity.
@@ -202,7 +201,7 @@ struct Simulation::Parts {
 
   std::unique_ptr<Layout> make_layout(Model model, std::vector<Split> splits) const {
     const ScopedValue<std::pmr::memory_resource*> memory(array_resource, options.memory);
-    auto made = std::make_unique<Layout>(Layout{std::move(model), std::move(splits), nullptr, {}});
+    auto made = std::make_unique<Layout>(Layout{std::move(model), std::move(splits), nullptr});
     made->model.interactive = options.interactive || !options.constraints.empty();  // which act outside patch solves
     made->solver = options.backend == Backend::Cuda
                        ? make_solver_on_cuda(made->model, threads, options.progress, options.timed_passes)
@@ -211,13 +210,13 @@ struct Simulation::Parts {
     for (UserConstraint& one : all)
       for (int& particle : one.particles) particle = after_tears(particle, untorn, made->model.render_mesh);
     if (!all.empty()) made->solver->add_user_constraints(all);
-    if (layout && !layout->forces.empty()) {
-      made->forces.assign(made->model.x.size(), Vec3{0, 0, 0});
+    if (const std::vector<Vec3> before = layout ? layout->solver->forces() : std::vector<Vec3>{}; !before.empty()) {
+      std::vector<Vec3> forces(made->model.x.size(), Vec3{0, 0, 0});
       const auto copy = [&](int to, int from, int count) {
-        std::copy_n(layout->forces.begin() + from, count, made->forces.begin() + to);
+        std::copy_n(before.begin() + from, count, forces.begin() + to);
       };
       for_common_bodies(made->model, layout->model, copy, made->splits.size() != layout->splits.size());
-      made->solver->set_forces(made->forces);
+      made->solver->set_forces(forces);
     }
     release_setup_memory(made->model);
     return made;
@@ -263,6 +262,15 @@ struct Simulation::Parts {
     state.rest.clear();
     state.steps = static_cast<std::int64_t>(std::ceil(before.solver->time() / to.model.scene.solver.dt - 1e-6));
     to.solver->continue_from(state, map, before.solver->pass_seconds());
+  }
+  /// Refuses bodies and objects that go through others where these are now: contacts cannot part them.
+  static void refuse_new_crossings(const Layout& before, const Layout& now) {
+    const auto& self = now.model.scene.self_collision;
+    if ((!self && !names_edges(now.model.scene)) || (self && self->ignores_crossings)) return;
+    const std::int64_t found = now.solver->crossings();
+    if (found > before.solver->crossings())
+      refuse("set_scene", "", counted(found, "crossing") + " of edges with triangles",
+             "bodies and objects that do not go through others where these are now");
   }
   /// Takes the particles of a layout that the user has taken in another one.
   static void take_over_handles(const Layout& to, const Layout& from) {
@@ -479,7 +487,6 @@ void Simulation::set_velocities(const std::vector<Vec3>& v) {
 
 void Simulation::set_forces(const std::vector<Vec3>& forces) {
   if (!forces.empty()) require_numbers("forces", forces, parts_->model().x.size(), "one a particle");
-  parts_->layout->forces = forces;
   parts_->solver()->set_forces(forces);
 }
 
@@ -503,6 +510,7 @@ void Simulation::set_scene(const Scene& scene) {
   const LayoutMap map = Parts::map_from(before, next);
   parts_->rebuild({std::move(next), {}, [&before, &map](const Parts::Layout& to) {
                      Parts::continue_from(before, map, to);
+                     Parts::refuse_new_crossings(before, to);
                      Parts::take_over_handles(to, before);
                    }});
   const Model& now = parts_->model();

@@ -184,7 +184,7 @@ PatchSolves solves_of(const std::vector<Stage>& fused) {
 bool can_skip_contacts(const StepFeatures& has) {
   StepFeatures without = has;
   without.contacts = false;
-  return has.contacts && !has.objects_move && !has.levels && !has.free_bodies && !has.forces &&
+  return has.contacts && !has.objects_move && !has.levels && !has.free_bodies &&
          solves_of(stages_fused(without)) == PatchSolves::ByStep;
 }
 

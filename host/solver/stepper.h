@@ -163,7 +163,15 @@ class TimeStepper : public Solver {
       });
     }
     if (features_.forces != had_any && !substep_callback_) plan_ = plan_step(features_, interaction_);
+    force_acceleration_ = 0;
+    for (std::size_t i = 0; features_.forces && collider_ && i < model_.w.size(); ++i) {
+      const Vec3& force = forces[static_cast<std::size_t>(model_.user_index[i])];
+      force_acceleration_ = std::max(force_acceleration_, norm(force) * model_.w[i]);
+    }
     wake();
+  }
+  std::vector<Vec3> forces() const final {
+    return features_.forces ? in_user_order(forces_.download(), model_.user_index) : std::vector<Vec3>{};
   }
   NextMotion next_motion() const final {
     if (!substep_callback_) return {time(), time_at(model_.scene.solver.substeps), false};
@@ -665,6 +673,7 @@ class TimeStepper : public Solver {
   Executor executor_;
   const Model& model_;
   double gravity_, max_object_speed_ = 0;               // m/s^2; m/s, of moving environment objects
+  double force_acceleration_ = 0;                       // m/s^2, the largest that forces of the program cause
   double seams_closed_ = time_of_closed_seams(model_);  // s, from which on all are; 0: none closes
   double fastest_vertex_ = 0;                           // m/s, of deforming meshes, so far
   double fastest_driven_ = 0;                           // m/s, of objects whose motion was not known at the start

@@ -381,6 +381,24 @@ TEST(SetSceneWithOther, PinsLetsGoWithoutAThrow) {
   }
 }
 
+TEST(SetSceneWithMore, RefusesABodyThroughAnotherOneWhereItIsNow) {
+  Scene scene = scene_of({irregular_sheet_at("sheet", {0, 0, 0}, 5)}, kEarth, 0.01, 5);
+  scene.self_collision.emplace().thickness = 0.008;
+  Simulation simulation = after(scene, 0.4), alone = after(scene, 0.4);
+  const double fallen = simulation.positions()[40][1];
+  ASSERT_LT(fallen, -0.5);
+  BodySpec more = irregular_sheet_at("through it", {0.2, fallen, 0}, 6);
+  more.transform.axis = {0, 0, 1}, more.transform.degrees = 90;
+  scene.bodies.push_back(more);
+  EXPECT_NE(refusal([&] { simulation.set_scene(scene); }).find("crossings"), std::string::npos);
+  simulation.step(), alone.step();
+  EXPECT_EQ(simulation.state_hash(), alone.state_hash()) << "nothing has changed";
+  scene.bodies[1].transform.translate = {0.2, fallen - 0.4, 0};
+  simulation.set_scene(scene);
+  for (int step = 0; step < 5; ++step) simulation.step();
+  EXPECT_EQ(simulation.measure().crossings, 0);
+}
+
 TEST(SetSceneWithMore, WakesASceneThatSleeps) {
   const Replaced of = asleep();
   Simulation simulation(of.scene, {.threads = 1});

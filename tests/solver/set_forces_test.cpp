@@ -113,7 +113,7 @@ TEST(SetForces, ArePartOfAStepOnlyWhereTheyAreSet) {
 TEST(SetForces, HaveTheSameBitsInAPatchSolveAsInAPass) {
   const auto nothing = [](int, double) {};
   for (const Precision precision : {Precision::Double, Precision::Float})
-    for (const std::string kind : {"hung", "levels", "wind", "damped", "free", "two iterations"}) {
+    for (const std::string kind : {"hung", "levels", "wind", "damped", "free", "two iterations", "above a ball"}) {
       SCOPED_TRACE(kind);
       Scene scene = sheet_by("pbd", kEarth, precision);
       scene.solver.levels = 0;
@@ -122,6 +122,11 @@ TEST(SetForces, HaveTheSameBitsInAPatchSolveAsInAPass) {
       if (kind == "damped") scene.bodies[0].damping = 0.5;
       if (kind == "free") scene.bodies[0].pins.clear();
       if (kind == "two iterations") scene.solver.iterations = 2;
+      if (kind == "above a ball") {  // onto which it falls after steps without contact tests
+        EnvironmentSpec ball;
+        ball.name = "ball", ball.shape = SphereShape{0.2, 3}, ball.transform.translate = {0.5, -0.4, 0.5};
+        scene.environment = {ball};
+      }
       const SimulationOptions options{.threads = 1, .interactive = true};
       Simulation in_solves(scene, options), in_passes(scene, options), without(scene, options);
       std::vector<Vec3> forces = weights_of(in_solves, {3, 1, -2});
@@ -129,6 +134,7 @@ TEST(SetForces, HaveTheSameBitsInAPatchSolveAsInAPass) {
       in_solves.set_forces(forces), in_passes.set_forces(forces);
       for (int step = 0; step < 20; ++step) in_solves.step(), in_passes.step(nothing), without.step();
       EXPECT_EQ(in_solves.state_hash(), in_passes.state_hash());
+      EXPECT_EQ(in_solves.solver().step_plan().skips_contacts, kind == "above a ball");
       EXPECT_NE(in_solves.state_hash(), without.state_hash());
     }
 }
