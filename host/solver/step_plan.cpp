@@ -203,8 +203,8 @@ StepPlan plan_step(const StepFeatures& has, const Interaction& now) {
   StepPlan plan;
   plan.solves_alone = solves_of(fused);
   plan.solves = alone ? plan.solves_alone : PatchSolves::InIterations;
-  plan.solves_apply_forces = plan.fuses() && prediction_applies_forces(has);
   plan.skips_contacts = alone && can_skip_contacts(has);
+  plan.solves_apply_forces = (plan.fuses() || plan.skips_contacts) && prediction_applies_forces(has);
   plan.recorded = alone && can_record(has) ? Recorded::Steps : Recorded::PatchSolves;
   plan.finite_each_substep = has.contacts || has.self_collision || has.edges || now.user_constraints || now.callback;
   Stages apart = stages_apart(has, now, !fused.empty());

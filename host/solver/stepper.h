@@ -4,6 +4,7 @@
 // a scene does not use is not made.
 #pragma once
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <optional>
 #include <stdexcept>
@@ -163,11 +164,12 @@ class TimeStepper : public Solver {
       });
     }
     if (features_.forces != had_any && !substep_callback_) plan_ = plan_step(features_, interaction_);
-    force_acceleration_ = 0;
+    double most = 0;  // squared
     for (std::size_t i = 0; features_.forces && collider_ && i < model_.w.size(); ++i) {
       const Vec3& force = forces[static_cast<std::size_t>(model_.user_index[i])];
-      force_acceleration_ = std::max(force_acceleration_, norm(force) * model_.w[i]);
+      most = std::max(most, dot(force, force) * (model_.w[i] * model_.w[i]));
     }
+    force_acceleration_ = std::sqrt(most);
     wake();
   }
   std::vector<Vec3> forces() const final {

@@ -87,7 +87,8 @@ TEST(StepPlan, IsLegalWhateverASceneHasAndAUserDoes) {
     }
 
     // Only patch solves that predict can apply forces, and momenta of free bodies are measured in between.
-    ASSERT_EQ(plan.solves_apply_forces, features.forces && plan.fuses() && !features.free_bodies);
+    const bool predicts = plan.fuses() || plan.skips_contacts;
+    ASSERT_EQ(plan.solves_apply_forces, features.forces && predicts && !features.free_bodies);
     // What a scene has and a user does is in the list; patch solves do the work of a few stages themselves.
     const std::pair<bool, Stage> expected[]{
         {features.pins_move, Stage::MovePins},
@@ -97,7 +98,7 @@ TEST(StepPlan, IsLegalWhateverASceneHasAndAUserDoes) {
         {now.handles, Stage::PlaceHandles},
         {features.damping, Stage::Damp},
         {features.wind, Stage::Wind},
-        {(features.forces && !plan.solves_apply_forces) || now.callback, Stage::ApplyForces},
+        {(features.forces && !(plan.fuses() && plan.solves_apply_forces)) || now.callback, Stage::ApplyForces},
         {features.contacts, Stage::DetectContacts},
         {features.contacts, Stage::ClampTunnelling},
         {features.contacts, Stage::Restitute},
