@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <memory_resource>
 #include <new>
 #include <span>
 #include <utility>
@@ -26,16 +27,25 @@ inline void prefer_huge_pages([[maybe_unused]] void* data, [[maybe_unused]] std:
 #endif
 }
 
+/// Memory of the program for the arrays that this thread makes; null: operator new. Simulation sets it for the duration
+/// of its calls (SimulationOptions::memory), and every array remembers it, so that it goes back where it came from.
+inline thread_local std::pmr::memory_resource* array_resource = nullptr;
+
 /// Memory of an executor's arrays. This one is for every executor on the host.
 template <class Executor>
 struct Memory {
-  static constexpr std::align_val_t kAlignment{64};  // one pack, one cache line
-  static void* allocate(std::size_t bytes) {
-    void* data = ::operator new(bytes, kAlignment);
+  static constexpr std::size_t kAlignment = 64;  // one pack, one cache line
+  /// `resource`: of the program; null: none.
+  static void* allocate(std::size_t bytes, std::pmr::memory_resource* resource) {
+    if (resource != nullptr) return resource->allocate(bytes, kAlignment);
+    void* data = ::operator new (bytes, std::align_val_t{kAlignment});
     prefer_huge_pages(data, bytes);
     return data;
   }
-  static void release(void* data) { ::operator delete(data, kAlignment); }
+  static void release(void* data, std::size_t bytes, std::pmr::memory_resource* resource) {
+    if (resource != nullptr) return resource->deallocate(data, bytes, kAlignment);
+    ::operator delete (data, std::align_val_t{kAlignment});
+  }
   template <class T>
   static void fill(T* to, std::size_t count, const T& value) {
     std::uninitialized_fill_n(to, count, value);
@@ -65,19 +75,15 @@ template <class Executor, class T>
 class Array {
  public:
   Array() = default;
-  explicit Array(const std::vector<T>& values) : size_(values.size()) {
-    if (size_ == 0) return;
-    data_ = static_cast<T*>(Memory<Executor>::allocate(bytes()));
-    upload(values);
+  explicit Array(const std::vector<T>& values) : Array(values.size()) {
+    if (size_ > 0) upload(values);
   }
   /// Uninitialised memory, of which pages that are never written are never allocated.
   explicit Array(std::size_t size) : size_(size) {
-    if (size_ > 0) data_ = static_cast<T*>(Memory<Executor>::allocate(bytes()));
+    if (size_ > 0) data_ = static_cast<T*>(Memory<Executor>::allocate(bytes(), resource_));
   }
-  Array(std::size_t size, const T& value) : size_(size) {
-    if (size_ == 0) return;
-    data_ = static_cast<T*>(Memory<Executor>::allocate(bytes()));
-    Memory<Executor>::fill(data_, size_, value);
+  Array(std::size_t size, const T& value) : Array(size) {
+    if (size_ > 0) Memory<Executor>::fill(data_, size_, value);
   }
   Array(Array&& other) noexcept { swap(other); }
   Array& operator=(Array&& other) noexcept {
@@ -85,7 +91,7 @@ class Array {
     return *this;
   }
   ~Array() {
-    if (data_) Memory<Executor>::release(data_);
+    if (data_) Memory<Executor>::release(data_, bytes(), resource_);
   }
 
   T* data() const { return data_; }
@@ -122,9 +128,11 @@ class Array {
   void swap(Array& other) {
     std::swap(data_, other.data_);
     std::swap(size_, other.size_);
+    std::swap(resource_, other.resource_);
   }
   T* data_ = nullptr;
   std::size_t size_ = 0;
+  std::pmr::memory_resource* resource_ = array_resource;
 };
 
 /// An array that the host fills piece by piece, in place or in host memory until it is uploaded.

@@ -186,6 +186,12 @@ class EnvironmentColliders {
   void restore_shapes(const ShapeMemory& memory, std::size_t particles) {
     if (shapes_) shapes_->restore_state(memory, particles);
   }
+  /// Finds the overlaps of pairs that a layout has and another one had not: see ShapeCollider. Rigid meshes find theirs
+  /// in the first query of a pair.
+  void find_new_overlaps(const Particles<R>& particles, const LayoutMap& map, double time) {
+    if (shapes_) shapes_->find_new_overlaps(particles, map, time);
+    if (deforming_) deforming_->find_new_overlaps(particles, map, time);
+  }
 
  private:
   static constexpr int kRounds = 8;  // as ClampTunnelling has of the meshes of one collider

@@ -13,6 +13,7 @@
 #include "host/base/point_array.h"
 #include "host/environment/clamp_tunnelling.h"
 #include "host/environment/deforming_surface.h"
+#include "host/environment/layout_map.h"
 #include "host/environment/proximity_memory.h"
 #include "host/measure/solver_stats.h"
 #include "host/mesh/vectors.h"
@@ -150,6 +151,19 @@ class DeformingCollider {
       std::copy_n(all.begin() + static_cast<std::ptrdiff_t>(k * of.size()), of.size(), of.begin());
       objects_[k].overlap.upload(of);
     }
+  }
+  /// Finds the overlaps of the pairs that a layout has and another one had not, as at the start, with the meshes where
+  /// they are at `time` (s). All others keep theirs.
+  void find_new_overlaps(const Particles<R>& particles, const LayoutMap& map, double time) {
+    if (keeps_overlaps_ || !map.has_new(map.deforming)) return;
+    std::vector<float> all = overlaps();
+    set_poses(time, time);
+    keeps_overlaps_ = true, detect_contacts(particles);
+    const std::vector<float> found = overlaps();
+    for (std::size_t k = 0, pair = 0; k < objects_.size(); ++k)
+      for (std::size_t i = 0; i < map.particles.size(); ++i, ++pair)
+        if (map.is_new(map.deforming, k, i)) all[pair] = found[pair];
+    restore_overlaps(all), invalidate_contacts(particles);
   }
   /// Largest number of particles in any substep so far for which there was no place between surfaces.
   int most_pinched() const { return most_pinched_; }

@@ -18,22 +18,11 @@ class EdgeCollider {
  public:
   EdgeCollider(const Executor& executor, const Model& model) : executor_(executor), x0_(model.x) {
     const SelfSurface bodies = bodies_surface(model);
-    std::vector<std::vector<const EnvironmentMesh*>> groups;
-    for (const EnvironmentMesh& mesh : model.environment) {
-      if (!mesh.spec.edges) continue;
-      if (deforms(mesh)) {
-        deforming_.emplace_back(executor, model, bodies.simplices, std::vector<const EnvironmentMesh*>{&mesh});
-        continue;
-      }
-      const bool rests = mesh.spec.motion.empty();
-      const auto same = std::find_if(groups.begin(), groups.end(),
-                                     [&](const auto& group) { return rests && group[0]->spec.motion.empty(); });
-      if (same == groups.end())
-        groups.push_back({&mesh});
+    for (const std::vector<const EnvironmentMesh*>& objects : edge_groups(model))
+      if (deforms(*objects[0]))
+        deforming_.emplace_back(executor, model, bodies.simplices, objects);
       else
-        same->push_back(&mesh);
-    }
-    for (const auto& objects : groups) groups_.emplace_back(executor, model, bodies.simplices, objects);
+        groups_.emplace_back(executor, model, bodies.simplices, objects);
   }
 
   void detect_contacts(const Particles<R>& particles, double start, double end) {

@@ -157,4 +157,24 @@ EdgeSurface edge_surface(const std::vector<const EnvironmentMesh*>& objects) {
   return surface;
 }
 
+std::vector<std::vector<const EnvironmentMesh*>> edge_groups(const Model& model) {
+  std::vector<std::vector<const EnvironmentMesh*>> groups, deforming;
+  for (const EnvironmentMesh& mesh : model.environment) {
+    if (!mesh.spec.edges) continue;
+    if (deforms(mesh)) {
+      deforming.push_back({&mesh});
+      continue;
+    }
+    const bool rests = mesh.spec.motion.empty();
+    const auto same =
+        std::ranges::find_if(groups, [rests](const auto& group) { return rests && group[0]->spec.motion.empty(); });
+    if (same == groups.end())
+      groups.push_back({&mesh});
+    else
+      same->push_back(&mesh);
+  }
+  groups.insert(groups.end(), deforming.begin(), deforming.end());
+  return groups;
+}
+
 }  // namespace malha

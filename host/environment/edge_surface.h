@@ -23,4 +23,8 @@ struct EdgeSurface {
 
 EdgeSurface edge_surface(const std::vector<const EnvironmentMesh*>& objects);
 
+/// The objects with "edges" that move together: all that rest, and each that moves alone; then the meshes that deform,
+/// one a group.
+std::vector<std::vector<const EnvironmentMesh*>> edge_groups(const Model& model);
+
 }  // namespace malha

@@ -149,6 +149,17 @@ class ShapeCollider {
     overlaps_.upload(all);
     blocks_.fill(0);
   }
+  /// Finds the overlaps of the pairs that a layout has and another one had not, as at the start, with the shapes where
+  /// they are at `time` (s). All others keep theirs.
+  void find_new_overlaps(const Particles<R>& particles, const LayoutMap& map, double time) {
+    if (update_ != OverlapUpdate::None || !map.has_new(map.shapes)) return;
+    const auto count = static_cast<std::size_t>(particles.count);
+    ShapeMemory memory = save_state(count);
+    present_.clear(), set_poses(time, time);
+    update_ = OverlapUpdate::Start, find_overlaps(particles);
+    add_new(save_state(count), map, memory);
+    restore_state(memory, count);
+  }
 
  private:
   static constexpr int kThreadGrain = 4096;  // particles; about 30 microseconds of contacts

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // State of contacts with exact shapes that later substeps depend on, for checkpoints.
 #pragma once
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <string>
 #include <vector>
 
+#include "host/environment/layout_map.h"
 #include "malha/error.h"
 #include "malha/text.h"
 
@@ -43,19 +45,34 @@ inline void check(const ShapeMemory& memory, std::int64_t pairs, const std::stri
   }
 }
 
-/// Memory of renumbered particles: particle i was particle from[i] of `particles`.
-inline ShapeMemory remapped(const ShapeMemory& before, std::int64_t particles, const std::vector<int>& from) {
+/// Memory in another layout, of a layout with this many particles.
+inline ShapeMemory remapped(const ShapeMemory& before, std::int64_t particles, const LayoutMap& map) {
   ShapeMemory all{before.update, {}};
-  auto next = before.overlaps.begin();
-  for (std::int64_t shape = 0; next != before.overlaps.end(); ++shape) {
-    std::vector<double> overlaps(static_cast<std::size_t>(particles), 0);
-    for (; next != before.overlaps.end() && next->pair < (shape + 1) * particles; ++next)
-      overlaps[static_cast<std::size_t>(next->pair - shape * particles)] = next->overlap;
-    for (std::size_t i = 0; i < from.size(); ++i)
-      if (const double overlap = overlaps[static_cast<std::size_t>(from[i])]; overlap > 0)
-        all.overlaps.push_back({shape * std::ssize(from) + static_cast<std::int64_t>(i), overlap});
+  std::vector<double> overlaps(static_cast<std::size_t>(particles));
+  for (std::size_t shape = 0; shape < map.shapes.size(); ++shape) {
+    if (map.shapes[shape] == LayoutMap::kNew) continue;
+    const std::int64_t first = map.shapes[shape] * particles;
+    std::ranges::fill(overlaps, 0);
+    for (const OverlapRecord& of : before.overlaps)
+      if (of.pair >= first && of.pair < first + particles)
+        overlaps[static_cast<std::size_t>(of.pair - first)] = of.overlap;
+    for (std::size_t i = 0; i < map.particles.size(); ++i) {
+      const int from = map.particles[i];
+      const double overlap = from == LayoutMap::kNew ? 0 : overlaps[static_cast<std::size_t>(from)];
+      if (overlap > 0) all.overlaps.push_back({static_cast<std::int64_t>(shape * map.particles.size() + i), overlap});
+    }
   }
   return all;
+}
+
+/// Adds the overlaps of new pairs, which were `found`, to those that others keep.
+inline void add_new(const ShapeMemory& found, const LayoutMap& map, ShapeMemory& memory) {
+  const auto particles = std::ssize(map.particles);
+  for (const OverlapRecord& of : found.overlaps)
+    if (map.is_new(map.shapes, static_cast<std::size_t>(of.pair / particles),
+                   static_cast<std::size_t>(of.pair % particles)))
+      memory.overlaps.push_back(of);
+  std::ranges::sort(memory.overlaps, {}, &OverlapRecord::pair);
 }
 
 }  // namespace malha

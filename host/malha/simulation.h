@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <memory_resource>
 #include <string>
 #include <vector>
 
@@ -33,6 +34,13 @@ struct SimulationOptions {
   /// Threads of the program, such as a pool of its own, instead of OpenMP's: see ParallelFor. `threads` is then the
   /// largest number of groups that a launch is divided into, and 0 the number of cores. The bits are those of OpenMP.
   ParallelFor parallel_for = {};
+  /// Memory of the program, such as a pool, for what is laid out: the arrays of particles, constraints, contacts,
+  /// self-collision, levels and filters, each aligned to 64 bytes; null: operator new, with large pages. It is asked
+  /// by the thread that calls the simulation, by steps only where a list of contacts grows, and gets each array back at
+  /// the latest when the simulation ends, which it must outlive. It may be another one for each simulation; one that
+  /// simulations in several threads share must be safe for threads. Not from it come the model (std::vector: meshes,
+  /// lists of constraints), the trees and triangles of environment meshes, and the results of calls. Cuda refuses it.
+  std::pmr::memory_resource* memory = nullptr;
   Backend backend = Backend::OpenMP;
   /// Instruction set: "baseline", "avx2" or "avx512"; "": the widest that the CPU supports.
   std::string instructions = {};
@@ -107,12 +115,22 @@ class Simulation {
   void set_forces(const std::vector<Vec3>& forces);
 
   /// Replaces the scene between two steps: masses, stiffness, compliance, moduli and all other settings may differ, and
-  /// bodies may be added and removed. A body that has the same name and number of particles as before keeps its
-  /// positions, velocities, forces and handles, so that a small change of its settings causes no jump; all others start
-  /// as in the scene. The simulated time goes on, from the next whole step if dt differs. Everything is laid out anew,
-  /// as at the start, and cached contacts are reset. Checkpoints and saved states of before belong to the other scene.
-  /// Throws InputError for a scene that cannot be simulated, for one that has torn, and for other bodies or numbers of
-  /// particles in a simulation with constraints of the caller; then nothing has changed.
+  /// bodies and objects may be added and removed. A body that has the same name and number of particles as before keeps
+  /// its positions, velocities, forces and handles, so that a small change of its settings causes no jump; all others
+  /// start as in the scene. Contacts of what stays keep what they remember (how much nearer than the thickness a
+  /// particle or a pair may stay), where the name, surface, thickness, sides and present place of an object, or the
+  /// thickness of self-collision, are the same; other pairs that are too near keep the distance that they have now. The
+  /// simulated time goes on, from the next whole step if dt differs, and a scene that sleeps wakes. Everything is laid
+  /// out anew, as at the start. Bodies next to bodies that come or go keep their bits where the order of their
+  /// particles and constraints does, and no filter (Desbrun's, or of bending) and no search of self-collision holds
+  /// them all; otherwise rounding differs.
+  ///
+  /// A scene that differs in nothing but its name, duration, outputs and expectations changes nothing: the bits are
+  /// those without the call, and nothing is laid out. Files of animations count as unchanged.
+  ///
+  /// Checkpoints and saved states of before belong to the other scene. Throws InputError for a scene that cannot be
+  /// simulated from its start, for one that has torn, and for other bodies or numbers of particles in a simulation with
+  /// constraints of the caller; then nothing has changed.
   void set_scene(const Scene& scene);
   /// The scene, with what was set since.
   const Scene& scene() const;
@@ -244,9 +262,8 @@ class Simulation {
   std::int64_t load_checkpoint(const std::string& path);
 
   /// Takes over the state of another simulation, for settings that change while a scene runs: its time, rounded up to a
-  /// whole step, and the positions and velocities of the bodies that have the same name and number of particles. Other
-  /// bodies keep the state that they have here. Cached contacts are not taken over, so that the bits are not those of
-  /// one continuous run.
+  /// whole step, the positions and velocities of the bodies that have the same name and number of particles, and what
+  /// contacts remember, as set_scene() does. Other bodies keep the state that they have here.
   void transfer_state_from(const Simulation& before);
 
   /// Everything that the next step depends on, as bytes, except handles, gravity, wind and pins.

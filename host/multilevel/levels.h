@@ -66,7 +66,8 @@ class Levels {
   template <class Team>
   void restrict_prediction(const Team& team, const Sweep<Executor, R>& finest, const SolvePatch<R>& solve) const {
     const Particles<R>& all = solve.particles;
-    restrict_patches(team, finest, {all.p, all.w, FreeFall<R>{all.v, solve.dt, solve.gravity}}, restriction());
+    restrict_patches(team, finest, {all.p, all.w, FreeFall<R>{all.v, solve.dt, solve.gravity, solve.force}},
+                     restriction());
   }
   template <class Team>
   void solve_restricted(const Team& team) const {

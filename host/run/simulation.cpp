@@ -4,18 +4,24 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <memory_resource>
+#include <numeric>
 #include <optional>
 #include <thread>
+#include <utility>
 
 #include "host/attachments/object_motion.h"
 #include "host/attachments/pose.h"
 #include "host/base/adaptive_thread_count.h"
+#include "host/base/array.h"
 #include "host/base/caller_threads.h"
 #include "host/base/hash.h"
+#include "host/base/scoped_value.h"
 #include "host/base/spelling_suggestion.h"
 #include "host/base/start_threads.h"
 #include "host/environment/edge_crossings.h"
 #include "host/environment/initial_overlap.h"
+#include "host/environment/layout_map.h"
 #include "host/environment/solid_crossings.h"
 #include "host/mesh/vectors.h"
 #include "host/mesh/weld.h"
@@ -26,6 +32,7 @@
 #include "host/report/report.h"
 #include "host/run/checkpoint.h"
 #include "host/solver/solver.h"
+#include "host/solver/state.h"
 #include "kernels/parallel/compute.h"
 #include "malha/text.h"
 
@@ -72,7 +79,6 @@ struct Simulation::Parts {
     Model model;  // referenced by the solver
     std::vector<Split> splits;
     std::unique_ptr<Solver> solver;
-    std::vector<Vec3> forces = {};  // on particles, N, by the user's number; empty: none
 
     /// Sets the state. Pins get velocity 0, or that of their keyframes, which every step sets again, because substeps
     /// of separate passes would move them with any other velocity.
@@ -106,7 +112,13 @@ struct Simulation::Parts {
 
   OpenMP host() const { return {threads, widest_instructions(), caller ? &*caller : nullptr}; }
   Model& model() const { return layout->model; }
-  Solver& solver() const { return *layout->solver; }
+  /// Access to the solver for one expression, in which arrays come from the program's memory.
+  struct Access {
+    ScopedValue<std::pmr::memory_resource*> memory;
+    Solver& solver;
+    Solver* operator->() const { return &solver; }
+  };
+  Access solver() const { return {{array_resource, options.memory}, *layout->solver}; }
   const std::vector<Split>& splits() const { return layout->splits; }
 
   /// Returns the hash of the model before any edit.
@@ -188,7 +200,8 @@ struct Simulation::Parts {
   }
 
   std::unique_ptr<Layout> make_layout(Model model, std::vector<Split> splits) const {
-    auto made = std::make_unique<Layout>(Layout{std::move(model), std::move(splits), nullptr, {}});
+    const ScopedValue<std::pmr::memory_resource*> memory(array_resource, options.memory);
+    auto made = std::make_unique<Layout>(Layout{std::move(model), std::move(splits), nullptr});
     made->model.interactive = options.interactive || !options.constraints.empty();  // which act outside patch solves
     made->solver = options.backend == Backend::Cuda
                        ? make_solver_on_cuda(made->model, threads, options.progress, options.timed_passes)
@@ -197,13 +210,13 @@ struct Simulation::Parts {
     for (UserConstraint& one : all)
       for (int& particle : one.particles) particle = after_tears(particle, untorn, made->model.render_mesh);
     if (!all.empty()) made->solver->add_user_constraints(all);
-    if (layout && !layout->forces.empty()) {
-      made->forces.assign(made->model.x.size(), Vec3{0, 0, 0});
+    if (const std::vector<Vec3> before = layout ? layout->solver->forces() : std::vector<Vec3>{}; !before.empty()) {
+      std::vector<Vec3> forces(made->model.x.size(), Vec3{0, 0, 0});
       const auto copy = [&](int to, int from, int count) {
-        std::copy_n(layout->forces.begin() + from, count, made->forces.begin() + to);
+        std::copy_n(before.begin() + from, count, forces.begin() + to);
       };
       for_common_bodies(made->model, layout->model, copy, made->splits.size() != layout->splits.size());
-      made->solver->set_forces(made->forces);
+      made->solver->set_forces(forces);
     }
     release_setup_memory(made->model);
     return made;
@@ -212,8 +225,8 @@ struct Simulation::Parts {
     times.layouts += layout && layout->splits.size() != next->splits.size();
     layout = std::move(next);
     times.splits = static_cast<int>(splits().size());
-    times.strains.every = solver().steps_to_sample();
-    times.strains.runs.reserve(solver().lengths().size());
+    times.strains.every = solver()->steps_to_sample();
+    times.strains.runs.reserve(solver()->lengths().size());
   }
 
   /// Calls work(first now, first then, count) for the particles of each body that both models have, by the user's
@@ -228,15 +241,36 @@ struct Simulation::Parts {
         if (count == before || torn) work(a.body_begin[i], b.body_begin[k], std::min(count, before));
       }
   }
-  /// Gives the bodies of a layout that another one has too the state that they have there.
-  static void take_over_state(const Layout& to, const Layout& from) {
-    std::vector<Vec3> x = to.solver->positions(), v = to.solver->velocities();
-    const std::vector<Vec3> x_then = from.solver->positions(), v_then = from.solver->velocities();
-    for_common_bodies(to.model, from.model, [&](int first, int then, int count) {
-      std::copy_n(x_then.begin() + then, count, x.begin() + first);
-      std::copy_n(v_then.begin() + then, count, v.begin() + first);
+  /// Tells whether a model, not yet laid out, is that of the present layout in all that steps depend on.
+  bool is_present(Model& made) const {
+    const std::vector<double> mass = std::exchange(made.mass, {});  // which a layout does not keep
+    const bool same = made.w == model().w && scene_hash(made) == scene_hash(model());
+    made.mass = mass;
+    return same;
+  }
+  /// The map from the layout of one scene to the model of another one, at the time of the former.
+  static LayoutMap map_from(const Layout& before, const Model& next) {
+    std::vector<int> user(next.x.size(), LayoutMap::kNew);
+    for_common_bodies(next, before.model, [&](int first, int then, int count) {
+      std::iota(user.begin() + first, user.begin() + first + count, then);
     });
-    to.set_state(static_cast<std::int64_t>(std::ceil(from.solver->time() / to.model.scene.solver.dt - 1e-6)), x, v);
+    return map_of_scenes(before.model, next, user, before.solver->time());
+  }
+  /// Gives a layout the state of another one, as the map says. A scene that sleeps wakes, and must be at rest anew.
+  static void continue_from(const Layout& before, const LayoutMap& map, const Layout& to) {
+    State<double> state = before.solver->whole_state();
+    state.rest.clear();
+    state.steps = static_cast<std::int64_t>(std::ceil(before.solver->time() / to.model.scene.solver.dt - 1e-6));
+    to.solver->continue_from(state, map, before.solver->pass_seconds());
+  }
+  /// Refuses bodies and objects that go through others where these are now: contacts cannot part them.
+  static void refuse_new_crossings(const Layout& before, const Layout& now) {
+    const auto& self = now.model.scene.self_collision;
+    if ((!self && !names_edges(now.model.scene)) || (self && self->ignores_crossings)) return;
+    const std::int64_t found = now.solver->crossings();
+    if (found > before.solver->crossings())
+      refuse("set_scene", "", counted(found, "crossing") + " of edges with triangles",
+             "bodies and objects that do not go through others where these are now");
   }
   /// Takes the particles of a layout that the user has taken in another one.
   static void take_over_handles(const Layout& to, const Layout& from) {
@@ -254,7 +288,7 @@ struct Simulation::Parts {
   void copy_normals(Number* to, std::size_t stride) {
     const RenderMesh& mesh = model().render_mesh;
     normals.assign(model().x.size(), Vec3{0, 0, 0}), places.resize(normals.size());
-    solver().copy_positions(places.data()->data(), 3);
+    solver()->copy_positions(places.data()->data(), 3);
     for (const Quad& face : mesh.faces)
       for (int k = 1; k + 1 < (face[3] < 0 ? 3 : 4); ++k) {
         const Vec3& a = places[face[0]];
@@ -272,6 +306,7 @@ struct Simulation::Parts {
   /// Carries out an edit: what can throw comes before the swap, and changes nothing here.
   void rebuild(Edit edit) {
     hash_of_scene();
+    const ScopedValue<std::pmr::memory_resource*> memory(array_resource, options.memory);
     std::unique_ptr<Layout> next = make_layout(std::move(edit.model), std::move(edit.splits));
     edit.set_state(*next);
     swap_in(std::move(next));
@@ -280,37 +315,38 @@ struct Simulation::Parts {
   void rebuild_with_same_particles(Model made) {
     for (std::size_t e = 0; e < made.environment.size(); ++e) made.environment[e].set = model().environment[e].set;
     rebuild({std::move(made), splits(), [this](const Layout& next) {
-               next.set_state(solver().steps(), solver().positions(), solver().velocities());
+               next.set_state(solver()->steps(), solver()->positions(), solver()->velocities());
                const std::vector<int> pins = static_pins(next.model);
-               for (const ParticleHandle& one : solver().taken())
+               for (const ParticleHandle& one : solver()->taken())
                  if (!std::binary_search(pins.begin(), pins.end(), one.particle)) next.solver->take(one);
              }});
   }
 
   /// Takes a step with user constraints; if one throws, the state before is restored.
   void step_or_restore(const SubstepCallback& after) {
-    const std::string before = solver().save();
-    const std::vector<ParticleHandle> taken = solver().taken();
+    const std::string before = solver()->save();
+    const std::vector<ParticleHandle> taken = solver()->taken();
     try {
-      solver().step(after);
+      solver()->step(after);
     } catch (const Diverged&) {
       throw;
     } catch (...) {
-      solver().restore(before);
-      for (const ParticleHandle& one : taken) solver().take(one);
+      solver()->restore(before);
+      for (const ParticleHandle& one : taken) solver()->take(one);
       throw;
     }
   }
   /// Sets positions and velocities; handles stay.
   void set_state(const std::vector<Vec3>& x, const std::vector<Vec3>& v) {
-    const std::vector<ParticleHandle> taken = solver().taken();
-    layout->set_state(solver().steps(), x, v);
-    for (const ParticleHandle& one : taken) solver().take(one);
+    const ScopedValue<std::pmr::memory_resource*> memory(array_resource, options.memory);
+    const std::vector<ParticleHandle> taken = solver()->taken();
+    layout->set_state(solver()->steps(), x, v);
+    for (const ParticleHandle& one : taken) solver()->take(one);
   }
 
   /// Refuses a state with positions or velocities that are not finite.
   void require_finite(const char* what) const {
-    for (const auto& rows : {solver().positions(), solver().velocities()})
+    for (const auto& rows : {solver()->positions(), solver()->velocities()})
       for (std::size_t i = 0; i < rows.size(); ++i)
         if (!finite(rows[i]))
           refuse(what, "", particle_name(model(), static_cast<int>(i)) + ", whose position or velocity is not finite",
@@ -318,14 +354,14 @@ struct Simulation::Parts {
   }
 
   void tear_if_due() {
-    if (tears_due) split(find_tears(model(), solver().positions(), pinned()));
+    if (tears_due) split(find_tears(model(), solver()->positions(), pinned()));
     tears_due = false;
   }
   std::vector<bool> pinned() const {
     std::vector<int> held;
-    for (const ParticleHandle& one : solver().taken())
+    for (const ParticleHandle& one : solver()->taken())
       if (one.is_held()) held.push_back(one.particle);
-    return pinned_now(model(), solver().time(), held);
+    return pinned_now(model(), solver()->time(), held);
   }
   void split(const std::vector<Split>& found) {
     if (found.empty()) return;
@@ -333,9 +369,10 @@ struct Simulation::Parts {
       std::vector<Split> all = splits();
       all.insert(all.end(), found.begin(), found.end());
       rebuild({torn_model(model().scene, all), all, [this](const Layout& next) {
-                 const std::vector<int> from = ancestors(model(), next.model, next.splits, splits().size());
-                 next.solver->restore_after_split(solver().save(), model().x.size(), from, solver().pass_seconds());
-                 for (ParticleHandle one : solver().taken()) {
+                 std::vector<int> from = ancestors(model(), next.model, next.splits, splits().size());
+                 next.solver->continue_from(solver()->whole_state(), map_of_particles(next.model, std::move(from)),
+                                            solver()->pass_seconds());
+                 for (ParticleHandle one : solver()->taken()) {
                    one.particle = after_tears(one.particle, model().render_mesh, next.model.render_mesh);
                    next.solver->take(one);
                  }
@@ -345,16 +382,16 @@ struct Simulation::Parts {
 
   /// Returns all that the next step depends on: the tears of a scene that can tear, and the solver's state.
   std::string save() const {
-    if (!can_tear(model().scene)) return solver().save();
+    if (!can_tear(model().scene)) return solver()->save();
     const std::vector<int> numbers = encode_splits(splits());
     const std::uint64_t count = numbers.size();
     std::string bytes(reinterpret_cast<const char*>(&count), sizeof count);
     if (count > 0) bytes.append(reinterpret_cast<const char*>(numbers.data()), count * sizeof(int));
-    return bytes + solver().save();
+    return bytes + solver()->save();
   }
   /// Restores a state. `file`: named in refusals.
   void restore(const std::string& bytes, const std::string& file) {
-    if (!can_tear(model().scene)) return solver().restore(bytes, file);
+    if (!can_tear(model().scene)) return solver()->restore(bytes, file);
     std::uint64_t count = 0;
     if (bytes.size() < sizeof count) refuse(file, "state", counted(bytes.size(), "byte"), "a number of tears at least");
     std::memcpy(&count, bytes.data(), sizeof count);
@@ -364,7 +401,7 @@ struct Simulation::Parts {
     if (count > 0) std::memcpy(numbers.data(), bytes.data() + sizeof count, count * sizeof(int));
     const std::string state = bytes.substr(sizeof count + count * sizeof(int));
     if (numbers == encode_splits(splits())) {
-      solver().restore(state, file);
+      solver()->restore(state, file);
     } else {
       const std::vector<Split> all = decode_splits(numbers, model().scene, untorn, file);
       rebuild({torn_model(model().scene, all), all, [&](const Layout& next) { next.solver->restore(state, file); }});
@@ -375,8 +412,11 @@ struct Simulation::Parts {
 
 Simulation::Simulation(const Scene& scene, const SimulationOptions& options) : parts_(std::make_unique<Parts>()) {
   const bool serial = options.backend == Backend::Serial, on_device = options.backend == Backend::Cuda;
-  if (on_device) require_cuda();
   parts_->options = options;
+  if (options.memory != nullptr && on_device)
+    refuse("simulation", "memory", "the backend \"cuda\" beside it",
+           "memory of the host, for \"openmp\" and \"serial\"");
+  if (on_device) require_cuda();
   if (options.parallel_for) {
     if (options.adaptive_threads || options.backend != Backend::OpenMP)
       refuse("simulation", "parallel_for",
@@ -409,25 +449,25 @@ void Simulation::step(const SubstepCallback& after) {
   if (parts_->times.steps.count() == 0) trace.emplace();
   if (parts_->threads > 1 && parts_->choice && parts_->choice->threads() == 1) ++parts_->times.steps_alone;
   const auto step = [&] {
-    parts_->options.constraints.empty() ? parts_->solver().step(after) : parts_->step_or_restore(after);
+    parts_->options.constraints.empty() ? parts_->solver()->step(after) : parts_->step_or_restore(after);
   };
   parts_->times.steps.add(seconds([&] {
     parts_->tear_if_due();
     parts_->choice ? parts_->choice->take(step) : step();
-    parts_->tears_due = parts_->solver().overstretched();
+    parts_->tears_due = parts_->solver()->overstretched();
     parts_->tear_if_due();
     LargestStrains& strains = parts_->times.strains;
-    if (strains.every > 0 && steps() % strains.every == 0) strains.take(parts_->solver().strains(), steps());
+    if (strains.every > 0 && steps() % strains.every == 0) strains.take(parts_->solver()->strains(), steps());
   }));
   if (trace) parts_->times.launches = trace->list();
 }
 
-void Simulation::check_divergence() { parts_->solver().check_divergence(); }
+void Simulation::check_divergence() { parts_->solver()->check_divergence(); }
 
-void Simulation::move_pin(int particle, const Vec3& to) { parts_->solver().move_pins({particle}, {to}); }
+void Simulation::move_pin(int particle, const Vec3& to) { parts_->solver()->move_pins({particle}, {to}); }
 void Simulation::move_pins(const std::vector<int>& particles, const std::vector<Vec3>& to) {
   require_numbers("positions of pins", to, particles.size(), "one a pin");
-  parts_->solver().move_pins(particles, to);
+  parts_->solver()->move_pins(particles, to);
 }
 
 void Simulation::set_positions(const std::vector<Vec3>& x) {
@@ -447,8 +487,7 @@ void Simulation::set_velocities(const std::vector<Vec3>& v) {
 
 void Simulation::set_forces(const std::vector<Vec3>& forces) {
   if (!forces.empty()) require_numbers("forces", forces, parts_->model().x.size(), "one a particle");
-  parts_->layout->forces = forces;
-  parts_->solver().set_forces(forces);
+  parts_->solver()->set_forces(forces);
 }
 
 void Simulation::set_scene(const Scene& scene) {
@@ -463,14 +502,21 @@ void Simulation::set_scene(const Scene& scene) {
     for (const EnvironmentMesh& then : before.model.environment)
       if (object.spec.name == then.spec.name && object.mesh.points.size() == then.mesh.points.size())
         object.set = then.set;
-  parts_->rebuild({std::move(next), {}, [&before](const Parts::Layout& to) {
-                     Parts::take_over_state(to, before);
+  if (parts_->is_present(next)) {
+    Scene& now = parts_->model().scene;
+    now.name = scene.name, now.duration = scene.duration, now.outputs = scene.outputs, now.expect = scene.expect;
+    return;
+  }
+  const LayoutMap map = Parts::map_from(before, next);
+  parts_->rebuild({std::move(next), {}, [&before, &map](const Parts::Layout& to) {
+                     Parts::continue_from(before, map, to);
+                     Parts::refuse_new_crossings(before, to);
                      Parts::take_over_handles(to, before);
                    }});
   const Model& now = parts_->model();
   parts_->scene.reset(), parts_->pins_at_start.reset();
-  parts_->times.strains = {}, parts_->times.strains.every = parts_->solver().steps_to_sample();
-  parts_->times.strains.runs.reserve(parts_->solver().lengths().size());
+  parts_->times.strains = {}, parts_->times.strains.every = parts_->solver()->steps_to_sample();
+  parts_->times.strains.runs.reserve(parts_->solver()->lengths().size());
   parts_->untorn = can_tear(now.scene) ? now.render_mesh : RenderMesh{};
 }
 const Scene& Simulation::scene() const { return parts_->model().scene; }
@@ -479,7 +525,7 @@ void Simulation::set_gravity(const Vec3& gravity) {
   require_numbers("gravity", {gravity}, 1, "one");
   if (gravity == parts_->model().scene.gravity) return;
   parts_->hash_of_scene();
-  if (parts_->solver().has_levels()) {  // whose lengths depend on gravity
+  if (parts_->solver()->has_levels()) {  // whose lengths depend on gravity
     Scene scene = parts_->model().scene;
     scene.gravity = gravity;
     const bool torn = !parts_->splits().empty();
@@ -487,7 +533,7 @@ void Simulation::set_gravity(const Vec3& gravity) {
                                                     : parts_->read_model(scene));
   }
   parts_->model().scene.gravity = gravity;
-  parts_->solver().change_gravity();
+  parts_->solver()->change_gravity();
 }
 void Simulation::set_wind(const Vec3& velocity) {
   require_numbers("wind", {velocity}, 1, "one");
@@ -496,7 +542,7 @@ void Simulation::set_wind(const Vec3& velocity) {
   if (velocity == scene.wind->velocity) return;
   parts_->hash_of_scene();
   scene.wind->velocity = velocity;
-  parts_->solver().change_wind();
+  parts_->solver()->change_wind();
 }
 
 void Simulation::set_pose(const std::string& object, const RigidPose& pose) {
@@ -504,7 +550,7 @@ void Simulation::set_pose(const std::string& object, const RigidPose& pose) {
   if (!(norm(pose.axis) > 0)) refuse("set_pose", "", "an axis of length zero", "a direction");
   const std::size_t index = parts_->index_of(object, "set_pose");
   const bool needs_layout = parts_->rests_in_layout(index);
-  const NextMotion next = parts_->solver().next_motion();
+  const NextMotion next = parts_->solver()->next_motion();
   if (needs_layout && next.in_step)
     refuse("set_pose", "", "the first motion of '" + object + "' in a callback",
            "a first call between two steps, because bodies are attached to it, or others with \"edges\" rest with it");
@@ -521,7 +567,7 @@ void Simulation::set_pose(const std::string& object, const RigidPose& pose) {
   if (next.start > 0) motion.insert(motion.begin(), keyframe_at(before, 0));
   if (needs_layout) return parts_->lay_out_with_motion(index, motion);
   parts_->set_motion(index, motion);
-  parts_->solver().change_environment();
+  parts_->solver()->change_environment();
 }
 void Simulation::set_vertices(const std::string& object, const std::vector<Vec3>& positions) {
   EnvironmentMesh& moved = parts_->model().environment[parts_->index_of(object, "set_vertices")];
@@ -530,12 +576,12 @@ void Simulation::set_vertices(const std::string& object, const std::vector<Vec3>
            "one with \"animation\": \"from_code\"");
   const std::vector<int> point = points_of_vertices(moved.mesh.vertices, static_cast<int>(moved.mesh.points.size()));
   require_numbers("set_vertices", positions, point.size(), "one a vertex of the object");
-  const NextMotion motion = parts_->solver().next_motion();
+  const NextMotion motion = parts_->solver()->next_motion();
   SetVertices next{points_in_frame(moved, motion.start), moved.mesh.points, motion.start, motion.end};
   for (std::size_t v = 0; v < point.size(); ++v)
     if (point[v] >= 0) next.to[static_cast<std::size_t>(point[v])] = positions[v];
   moved.set = std::move(next);
-  parts_->solver().change_environment();
+  parts_->solver()->change_environment();
 }
 
 std::vector<int> Simulation::pins() const { return static_pins(parts_->model()); }
@@ -556,21 +602,21 @@ void Simulation::set_pins(std::vector<int> particles) {
 void Simulation::pull(int particle, const Vec3& to, double compliance) {
   if (compliance == 0)  // compliance 0 would hold the particle
     throw InputError("pull: found compliance 0; allowed: 1e-12 to 1e12 m/N");
-  parts_->solver().take({particle, to, compliance});
+  parts_->solver()->take({particle, to, compliance});
 }
 void Simulation::hold(int particle) {
   const std::vector<Vec3> x = positions();
   const bool there = particle >= 0 && static_cast<std::size_t>(particle) < x.size();
   hold(particle, there ? x[particle] : Vec3{});
 }
-void Simulation::hold(int particle, const Vec3& to) { parts_->solver().take({particle, to}); }
-void Simulation::release(int particle) { parts_->solver().release(particle); }
-std::vector<ParticleHandle> Simulation::handles() const { return parts_->solver().taken(); }
+void Simulation::hold(int particle, const Vec3& to) { parts_->solver()->take({particle, to}); }
+void Simulation::release(int particle) { parts_->solver()->release(particle); }
+std::vector<ParticleHandle> Simulation::handles() const { return parts_->solver()->taken(); }
 
 int Simulation::cut(const std::vector<Edge>& edges) {
   const std::vector<Split> found = find_cuts(parts_->model(), edges, parts_->pinned());
   parts_->split(found);
-  if (!found.empty()) parts_->solver().wake();
+  if (!found.empty()) parts_->solver()->wake();
   return static_cast<int>(found.size());
 }
 
@@ -581,25 +627,25 @@ void Simulation::restore_state(const std::string& state) {
   parts_->restore(without_state_header(state, parts_->hash_of_scene_and_pins()), "state");
 }
 
-void Simulation::wake() { parts_->solver().wake(); }
+void Simulation::wake() { parts_->solver()->wake(); }
 
-double Simulation::time() const { return parts_->solver().time(); }
-std::int64_t Simulation::steps() const { return parts_->solver().steps(); }
+double Simulation::time() const { return parts_->solver()->time(); }
+std::int64_t Simulation::steps() const { return parts_->solver()->steps(); }
 int Simulation::threads() const { return parts_->threads; }
 int Simulation::tears() const { return parts_->times.splits; }
-std::vector<Vec3> Simulation::positions() const { return parts_->solver().positions(); }
-std::vector<Vec3> Simulation::velocities() const { return parts_->solver().velocities(); }
+std::vector<Vec3> Simulation::positions() const { return parts_->solver()->positions(); }
+std::vector<Vec3> Simulation::velocities() const { return parts_->solver()->velocities(); }
 void Simulation::copy_positions(float* to, std::size_t stride) const {
-  require_stride(stride), parts_->solver().copy_positions(to, stride);
+  require_stride(stride), parts_->solver()->copy_positions(to, stride);
 }
 void Simulation::copy_positions(double* to, std::size_t stride) const {
-  require_stride(stride), parts_->solver().copy_positions(to, stride);
+  require_stride(stride), parts_->solver()->copy_positions(to, stride);
 }
 void Simulation::copy_velocities(float* to, std::size_t stride) const {
-  require_stride(stride), parts_->solver().copy_velocities(to, stride);
+  require_stride(stride), parts_->solver()->copy_velocities(to, stride);
 }
 void Simulation::copy_velocities(double* to, std::size_t stride) const {
-  require_stride(stride), parts_->solver().copy_velocities(to, stride);
+  require_stride(stride), parts_->solver()->copy_velocities(to, stride);
 }
 void Simulation::copy_normals(float* to, std::size_t stride) const {
   require_stride(stride), parts_->copy_normals(to, stride);
@@ -607,21 +653,21 @@ void Simulation::copy_normals(float* to, std::size_t stride) const {
 void Simulation::copy_normals(double* to, std::size_t stride) const {
   require_stride(stride), parts_->copy_normals(to, stride);
 }
-std::vector<double> Simulation::inverse_masses() const { return parts_->solver().inverse_masses(); }
+std::vector<double> Simulation::inverse_masses() const { return parts_->solver()->inverse_masses(); }
 std::vector<double> Simulation::constraint_values(std::size_t index) const {
-  return parts_->solver().values_of_user_constraint(index);
+  return parts_->solver()->values_of_user_constraint(index);
 }
 std::vector<int> Simulation::particles_of_vertices(std::size_t body) const {
   return malha::particles_of_vertices(parts_->model().render_mesh, body);
 }
-Measures Simulation::measure() const { return parts_->solver().measure(); }
+Measures Simulation::measure() const { return parts_->solver()->measure(); }
 void Simulation::count_crossings() {
   const Scene& scene = parts_->model().scene;
   if (!scene.self_collision && !names_edges(scene)) return;
   RunTimes& times = parts_->times;
-  times.most_crossings = std::max(times.most_crossings, parts_->solver().crossings()), ++times.crossings_counted;
+  times.most_crossings = std::max(times.most_crossings, parts_->solver()->crossings()), ++times.crossings_counted;
 }
-std::uint64_t Simulation::state_hash() const { return parts_->solver().state_hash(); }
+std::uint64_t Simulation::state_hash() const { return parts_->solver()->state_hash(); }
 
 std::vector<std::string> Simulation::failed_expectations() const {
   const Model& model = parts_->model();
@@ -648,18 +694,22 @@ std::int64_t Simulation::load_checkpoint(const std::string& path) {
 }
 
 void Simulation::transfer_state_from(const Simulation& before) {
-  const auto set_state = [&](const Parts::Layout& to) { Parts::take_over_state(to, *before.parts_->layout); };
+  const auto set_state = [&](const Parts::Layout& to) {
+    const Parts::Layout& from = *before.parts_->layout;
+    Parts::continue_from(from, Parts::map_from(from, to.model), to);
+  };
+  const ScopedValue<std::pmr::memory_resource*> memory(array_resource, parts_->options.memory);
   const std::vector<Split>& splits = before.parts_->splits();
   if (splits.empty() || !can_tear(model().scene)) return set_state(*parts_->layout);
   parts_->rebuild({parts_->torn_model(model().scene, splits), splits, set_state});
 }
 
 std::string Simulation::report(const std::string& status, const std::vector<std::string>& notes) const {
-  return report_json(status, notes, parts_->model(), parts_->solver(), parts_->threads, parts_->times, ".");
+  return report_json(status, notes, parts_->model(), solver(), parts_->threads, parts_->times, ".");
 }
 
 const Model& Simulation::model() const { return parts_->model(); }
-const Solver& Simulation::solver() const { return parts_->solver(); }
+const Solver& Simulation::solver() const { return *parts_->layout->solver; }
 const RunTimes& Simulation::times() const { return parts_->times; }
 
 }  // namespace malha

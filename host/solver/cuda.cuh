@@ -122,8 +122,9 @@ inline unsigned blocks_of(std::size_t items, int block) { return unsigned((items
 
 template <>
 struct Memory<Cuda> {
-  static void* allocate(std::size_t bytes) { return DeviceMemory::the().allocate(bytes); }
-  static void release(void* data) { DeviceMemory::the().release(data); }
+  // A program's memory is on the host, and refused with a device.
+  static void* allocate(std::size_t bytes, std::pmr::memory_resource*) { return DeviceMemory::the().allocate(bytes); }
+  static void release(void* data, std::size_t, std::pmr::memory_resource*) { DeviceMemory::the().release(data); }
   template <class T>
   static void fill(T* to, std::size_t count, const T& value) {
     if (count > 0) fill_with<<<blocks_of(count, kBlock), kBlock, 0, stream()>>>(to, count, value);

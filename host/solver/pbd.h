@@ -67,7 +67,8 @@ class Pbd final : public TimeStepper<Executor, R> {
     const int substeps = model_.scene.solver.substeps;
     double speed = 0;
     this->timed(Pass::Collision, [&] {
-      speed = collider.max_contact_free_speed(this->particles(), h, substeps, this->gravity_);
+      const double acceleration = this->gravity_ + this->force_acceleration_;
+      speed = collider.max_contact_free_speed(this->particles(), h, substeps, acceleration);
       if (speed > 0) collider.invalidate_contacts(this->particles());
     });
     if (!(speed > 0)) return 0;

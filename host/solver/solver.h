@@ -32,6 +32,10 @@ struct NextMotion {
   bool in_step;       // it begins within a step
 };
 
+struct LayoutMap;  // host/environment/layout_map.h
+template <class R>
+struct State;  // host/solver/state.h
+
 class Solver {
  public:
   virtual ~Solver() = default;
@@ -82,6 +86,8 @@ class Solver {
   /// Sets the force on each particle (N, the user's order), which acts in every substep until others are set. An empty
   /// list: none.
   virtual void set_forces(const std::vector<Vec3>& forces) = 0;
+  /// Those forces, rounded to the precision; empty: none.
+  virtual std::vector<Vec3> forces() const = 0;
   /// The motion that the program gives an object now: during the next step, or, in a callback, during the next substep.
   virtual NextMotion next_motion() const = 0;
   /// Must be called after the motion or the vertices of an environment object have changed.
@@ -109,10 +115,13 @@ class Solver {
   virtual void set_state(std::int64_t steps, const std::vector<Vec3>& x, const std::vector<Vec3>& v) = 0;
   /// Tells whether an edge is beyond the length at which it tears.
   virtual bool overstretched() { return false; }
-  /// Continues from the state of a solver of the same scene before it tore further. `from`: the index, among its
-  /// `particles`, of each particle; `seconds`: those of its passes.
-  virtual void restore_after_split(const std::string& state, std::size_t particles, const std::vector<int>& from,
-                                   const std::array<double, kPassNames.size()>& seconds) = 0;
+  /// The state with all that the next step depends on, in the solver's order; in single precision the same in double.
+  virtual State<double> whole_state() const = 0;
+  /// Continues from such a state of a solver with another layout, in any precision, and releases all handles. Contacts
+  /// of what is in both layouts keep what they remember. `seconds`: those of its passes. Throws InputError for a state
+  /// that is not finite: then nothing has changed.
+  virtual void continue_from(const State<double>& before, const LayoutMap& map,
+                             const std::array<double, kPassNames.size()>& seconds) = 0;
 };
 
 /// Instruction sets of both this build and the CPU, the narrowest first: "baseline", "avx2", "avx512".

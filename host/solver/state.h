@@ -14,6 +14,7 @@
 #include "host/base/check_numbers.h"
 #include "host/base/hash.h"
 #include "host/environment/edge_memory.h"
+#include "host/environment/layout_map.h"
 #include "host/environment/proximity_memory.h"
 #include "host/environment/shape_memory.h"
 #include "host/model/ordering/index_map.h"
@@ -244,57 +245,153 @@ State<R> load_state(const std::string& bytes, const StateSizes& sizes, const std
   return state;
 }
 
-/// Contact cache of renumbered particles: particle i was particle from[i]. Groups with boxes whose particles are now
-/// mixed have no cached data.
-inline ProximityMemory remapped(const ProximityMemory& before, std::size_t particles, const std::vector<int>& from) {
+/// Contact caches in another layout, of a layout with this many particles. Groups of particles that were not in one
+/// group have entries of their own: what a box says holds at its centre.
+inline ProximityMemory remapped(const ProximityMemory& before, std::size_t particles, const LayoutMap& map) {
   ProximityMemory all;
-  const std::size_t words = groups_of(particles);
-  const CacheEntry* place = before.entries.data();
-  auto near = before.near.begin();
-  for (std::size_t mesh = 0; mesh * words < before.boxes.size(); ++mesh) {
-    const GroupBox* const boxes = before.boxes.data() + mesh * words;
-    std::vector<CacheEntry> places(particles, {0, 0, 0, -INFINITY});
-    for (std::size_t i = 0; i < particles; ++i)
-      if (boxes[i / kGroupSize].has_entries()) places[i] = *place++;
-    for (std::size_t word = 0; word < groups_of(from.size()); ++word) {
-      const int *const own = from.data() + word * kGroupSize, *const end = own + particles_in_group(word, from.size());
-      const int first = own[0] / kGroupSize;
-      const auto has_entries = [&](int i) { return boxes[i / kGroupSize].has_entries(); };
-      if (std::any_of(own, end, has_entries)) {
-        all.boxes.push_back({{}, {1, 0, 0}, GroupBox::kPerParticle});
-        for (const int* i = own; i < end; ++i) all.entries.push_back(places[*i]);
+  if (before.boxes.empty()) return all;
+  const std::vector<int>& from = map.particles;
+  const std::size_t words = groups_of(particles), count = from.size();
+  // Entries and records follow each other mesh by mesh.
+  std::vector<const CacheEntry*> entries{before.entries.data()};
+  for (std::size_t mesh = 0; (mesh + 1) * words < before.boxes.size(); ++mesh)
+    entries.push_back(entries.back() + count_entries(before.boxes.data() + mesh * words, particles));
+  constexpr CacheEntry unknown{0, 0, 0, -INFINITY};
+  for (std::size_t mesh = 0; mesh < map.meshes.size(); ++mesh) {
+    if (map.meshes[mesh] == LayoutMap::kNew) {
+      all.boxes.insert(all.boxes.end(), groups_of(count), GroupBox{});
+      continue;
+    }
+    const auto then = static_cast<std::size_t>(map.meshes[mesh]);
+    const GroupBox* const boxes = before.boxes.data() + then * words;
+    const CacheEntry* place = entries[then];
+    std::vector<CacheEntry> places(particles);
+    for (std::size_t i = 0; i < particles; ++i) {
+      const GroupBox& box = boxes[i / kGroupSize];
+      places[i] = box.has_entries() ? *place++ : box.entry(box.centre);
+    }
+    for (std::size_t word = 0; word < groups_of(count); ++word) {
+      const int *const own = from.data() + word * kGroupSize, *const end = own + particles_in_group(word, count);
+      const auto box_of = [&](int i) { return i == LayoutMap::kNew ? nullptr : boxes + i / kGroupSize; };
+      const GroupBox* const first = box_of(own[0]);
+      const bool together = std::all_of(own, end, [&](int i) { return box_of(i) == first; });
+      const auto is_unknown = [&](int i) { return box_of(i) == nullptr || box_of(i)->distance == 0; };
+      if (together && first != nullptr && !first->has_entries()) {
+        all.boxes.push_back(*first);
+      } else if (std::all_of(own, end, is_unknown)) {
+        all.boxes.push_back(GroupBox{});
       } else {
-        const bool together = std::all_of(own, end, [&](int i) { return i / kGroupSize == first; });
-        all.boxes.push_back(together ? boxes[first] : GroupBox{});
+        all.boxes.push_back({{}, {1, 0, 0}, GroupBox::kPerParticle});
+        for (const int* i = own; i < end; ++i) all.entries.push_back(*i == LayoutMap::kNew ? unknown : places[*i]);
       }
     }
     std::vector<const ClosestPointRecord*> last(particles, nullptr);
-    for (; near != before.near.end() && near->pair < static_cast<long long>((mesh + 1) * particles); ++near)
-      last[near->pair % particles] = &near->record;
-    for (std::size_t i = 0; i < from.size(); ++i)
-      if (const ClosestPointRecord* const record = last[from[i]])
-        all.near.push_back({static_cast<long long>(mesh * from.size() + i), *record});
+    const auto first_pair = static_cast<long long>(then * particles);
+    auto near = std::ranges::lower_bound(before.near, first_pair, {}, &PairRecord::pair);
+    for (; near != before.near.end() && near->pair < first_pair + static_cast<long long>(particles); ++near)
+      last[near->pair - first_pair] = &near->record;
+    for (std::size_t i = 0; i < count; ++i)
+      if (const auto* const record = from[i] == LayoutMap::kNew ? nullptr : last[from[i]])
+        all.near.push_back({static_cast<long long>(mesh * count + i), *record});
   }
   return all;
 }
 
-/// State of renumbered particles: particle i was particle from[i].
-template <class R>
-State<R> remapped(const State<R>& before, const std::vector<int>& from) {
-  State<R> state{before.steps, {}, {}, {}, before.rest, {}, {}};
-  for (const int i : from) {
-    state.x.push_back(before.x[i]), state.v.push_back(before.v[i]);
-    if (!before.low.empty()) state.low.push_back(before.low[i]);
-    // A split does not move particles.
-    if (!before.self.x0.empty()) state.self.x0.push_back(before.self.x0[i]);
-    if (!before.edges.x0.empty()) state.edges.x0.push_back(before.edges.x0[i]);
+/// A state with other numbers, into which all of a state in single precision go without rounding.
+template <class To, class From>
+State<To> converted(const State<From>& from) {
+  const auto rows = []<class Row>(const auto& values, std::vector<Row>& to) {
+    for (const auto& row : values) {
+      Row& now = to.emplace_back();
+      for (std::size_t k = 0; k < row.size(); ++k) now[k] = static_cast<To>(row[k]);
+    }
+  };
+  const auto numbers = [](const std::vector<From>& values) { return std::vector<To>(values.begin(), values.end()); };
+  State<To> to;
+  to.steps = from.steps, to.rest = from.rest, to.proximity = from.proximity;
+  to.overlaps = from.overlaps, to.shapes = from.shapes;
+  rows(from.x, to.x), rows(from.v, to.v), rows(from.low, to.low);
+  rows(from.self.x0, to.self.x0), rows(from.self.from, to.self.from), rows(from.self.way, to.self.way);
+  to.self.contact_distance = numbers(from.self.contact_distance);
+  to.self.origin = from.self.origin, to.self.search = from.self.search;
+  to.self.substeps_kinematic_penetration = from.self.substeps_kinematic_penetration;
+  rows(from.edges.x0, to.edges.x0), rows(from.edges.from, to.edges.from), rows(from.edges.way, to.edges.way);
+  to.edges.contact_distance = numbers(from.edges.contact_distance), to.edges.valid = from.edges.valid;
+  return to;
+}
+
+/// The state in another layout of a state in any precision, in double. `start`: the state at the start of that layout,
+/// in its precision, which new particles have; what it has no memory for is left out. Searches are valid where all
+/// particles are the same.
+inline State<double> remapped(const State<double>& before, const LayoutMap& map, State<double> start) {
+  State<double> state = std::move(start);
+  const bool compensates = !state.low.empty(), compensated = !before.low.empty();
+  const std::size_t count = map.particles.size(), count_before = before.x.size();
+  const std::array<double, 3> origin =
+      before.self.origin.empty()
+          ? std::array<double, 3>{}
+          : std::array<double, 3>{before.self.origin[0].x, before.self.origin[0].y, before.self.origin[0].z};
+  const bool same = map.has_same_particles(count_before);
+  const bool remembers_self = !before.self.x0.empty() && compensates == compensated;
+  state.steps = before.steps;
+  if (!state.rest.empty()) state.rest = before.rest.empty() ? std::vector<std::int64_t>{0, -1} : before.rest;
+  std::vector<std::array<double, 3>> x0_self, x0_edges;
+  for (std::size_t i = 0; i < count; ++i) {
+    const bool is_new = map.particles[i] == LayoutMap::kNew;
+    const auto from = static_cast<std::size_t>(is_new ? 0 : map.particles[i]);
+    std::array<double, 3> place = state.x[i];
+    if (!is_new) {
+      state.v[i] = before.v[from], state.x[i] = place = before.x[from];
+      for (std::size_t k = 0; k < 3; ++k) {
+        if (compensated) place[k] += before.low[from][k];
+        if (compensates && compensated) state.low[i][k] = before.low[from][k];
+        if (compensates && !compensated) state.x[i][k] = float(place[k]), state.low[i][k] = place[k] - state.x[i][k];
+        if (!compensates) state.x[i][k] = place[k];
+      }
+    } else if (compensates) {
+      for (std::size_t k = 0; k < 3; ++k) place[k] += state.low[i][k];
+    }
+    if (!state.self.x0.empty()) {
+      for (std::size_t k = 0; k < 3; ++k) place[k] -= remembers_self ? origin[k] : 0;
+      x0_self.push_back(remembers_self && !is_new ? before.self.x0[from] : place);
+    }
+    if (!state.edges.x0.empty())
+      x0_edges.push_back(!is_new && !before.edges.x0.empty() ? before.edges.x0[from] : state.x[i]);
   }
-  if (!before.self.search.empty()) state.self = unsearched(std::move(state.self.x0), before.self);
-  state.edges = unsearched_edges<R>(before.edges.valid.size(), state.edges.x0);
-  state.proximity = remapped(before.proximity, before.x.size(), from);
-  for (std::size_t first = 0; first < before.overlaps.size(); first += before.x.size())
-    for (const int i : from) state.overlaps.push_back(before.overlaps[first + static_cast<std::size_t>(i)]);
-  if (before.shapes) state.shapes = remapped(*before.shapes, std::ssize(before.x), from);
+  if (!state.self.x0.empty()) {
+    const bool ignores = state.self.search[0].crosses != 0;
+    state.self = unsearched(std::move(x0_self), remembers_self ? before.self : SelfMemory<double>{});
+    if (remembers_self && map.keeps_self_distances && same) {
+      state.self.from = before.self.from, state.self.way = before.self.way, state.self.search = before.self.search;
+    }
+    state.self.search[0].crosses = ignores ? 1 : state.self.search[0].crosses;
+    for (std::size_t i = 0; map.keeps_self_distances && i < count; ++i)
+      if (const int from = map.particles[i]; from != LayoutMap::kNew)
+        state.self.contact_distance[i] = before.self.contact_distance[static_cast<std::size_t>(from)];
+  }
+  if (!state.edges.x0.empty()) {
+    state.edges = unsearched_edges<double>(state.edges.valid.size(), x0_edges);
+    for (std::size_t pair = 0; pair < state.edges.contact_distance.size(); ++pair) {
+      const std::size_t group = pair / count, i = pair % count;
+      if (map.is_new(map.edge_groups, group, i)) continue;
+      const auto then = static_cast<std::size_t>(map.edge_groups[group]);
+      const std::size_t pair_then = then * count_before + static_cast<std::size_t>(map.particles[i]);
+      state.edges.contact_distance[pair] = before.edges.contact_distance[pair_then];
+      if (!same || compensates != compensated) continue;
+      state.edges.from[pair] = before.edges.from[pair_then], state.edges.way[pair] = before.edges.way[pair_then];
+      state.edges.valid[group] = before.edges.valid[then];
+    }
+  }
+  state.proximity = remapped(before.proximity, count_before, map);
+  const bool all_overlaps = before.overlaps.empty() || before.overlaps[0] < 0;  // are found at the next detection
+  for (std::size_t pair = 0; pair < state.overlaps.size(); ++pair) {
+    const std::size_t k = pair / count, i = pair % count;
+    state.overlaps[pair] = all_overlaps ? -1.0f : 0.0f;
+    if (!all_overlaps && !map.is_new(map.deforming, k, i))
+      state.overlaps[pair] = before.overlaps[static_cast<std::size_t>(map.deforming[k]) * count_before +
+                                             static_cast<std::size_t>(map.particles[i])];
+  }
+  if (state.shapes) state.shapes = before.shapes ? remapped(*before.shapes, std::ssize(before.x), map) : ShapeMemory{};
   return state;
 }
 

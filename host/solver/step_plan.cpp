@@ -147,10 +147,15 @@ Stages stages_apart(const StepFeatures& has, const Interaction& now, bool compar
           })};
 }
 
+/// Momenta of free bodies are measured between forces and prediction, which one pass therefore cannot apply together.
+bool prediction_applies_forces(const StepFeatures& has) { return has.forces && !has.free_bodies; }
+
 /// Patch solves with prediction and state update take the place of the stages from Predict to UpdateState, if these are
-/// all of PBD and an iteration has nothing but patch solves. They measure momenta themselves. Otherwise returns no
-/// stages.
-std::vector<Stage> stages_fused(const StepFeatures& has) {
+/// all of PBD and an iteration has nothing but patch solves. They measure momenta and apply forces themselves, where
+/// they can. Otherwise returns no stages.
+std::vector<Stage> stages_fused(const StepFeatures& all) {
+  StepFeatures has = all;
+  if (prediction_applies_forces(all)) has.forces = false;
   const Stages apart = stages_apart(has, {}, true);
   const auto is_solve = [](IterationStage stage) { return stage == IterationStage::SolvePatches; };
   if (!has.position_based || !std::ranges::all_of(apart.iteration, is_solve)) return {};
@@ -199,6 +204,7 @@ StepPlan plan_step(const StepFeatures& has, const Interaction& now) {
   plan.solves_alone = solves_of(fused);
   plan.solves = alone ? plan.solves_alone : PatchSolves::InIterations;
   plan.skips_contacts = alone && can_skip_contacts(has);
+  plan.solves_apply_forces = (plan.fuses() || plan.skips_contacts) && prediction_applies_forces(has);
   plan.recorded = alone && can_record(has) ? Recorded::Steps : Recorded::PatchSolves;
   plan.finite_each_substep = has.contacts || has.self_collision || has.edges || now.user_constraints || now.callback;
   Stages apart = stages_apart(has, now, !fused.empty());

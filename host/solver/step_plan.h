@@ -107,7 +107,8 @@ struct StepPlan {
   /// This is how patches are solved while the user holds and adds nothing. Momenta of free bodies are compared over
   /// that part of a step in any case, so that bodies without handle keep their bits.
   PatchSolves solves_alone = PatchSolves::InIterations;
-  bool skips_contacts = false;  // steps in which no particle can reach an object run as patch solves alone
+  bool solves_apply_forces = false;  // the predictions of patch solves apply the forces that a program has set
+  bool skips_contacts = false;       // steps in which no particle can reach an object run as patch solves alone
   Recorded recorded = Recorded::PatchSolves;
   bool finite_each_substep = false;  // positions must be finite before the next substep, otherwise before the next step
 

@@ -4,6 +4,7 @@
 // a scene does not use is not made.
 #pragma once
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <optional>
 #include <stdexcept>
@@ -29,6 +30,7 @@
 #include "host/measure/measure.h"
 #include "host/measure/over_elongation.h"
 #include "host/mesh/vectors.h"
+#include "host/model/pins.h"
 #include "host/model/seams.h"
 #include "host/patch/sweep.h"
 #include "host/projection/user_constraints.h"
@@ -87,29 +89,27 @@ class TimeStepper : public Solver {
   std::string save() const final {
     return collider_ ? save_state(state_to_save(), *collider_) : save_state(state_to_save());
   }
-  void restore(const std::string& bytes, const std::string& file) final {
-    const State<R> saved = load(bytes, x_.size(), file);
-    steps_ = saved.steps, crossings_step_ = -1;
-    x_.upload(saved.x), v_.upload(saved.v), d_.upload(std::vector<Vec3>(saved.x.size(), Vec3{0, 0, 0}));
-    if constexpr (kCompensated<R>) low_.upload(saved.low);
-    if (handles_) handles_->release_all(w_.data());
-    exclude_from_momentum_correction();
-    if (kinematic_pins_) kinematic_pins_->set_pinned(time(), w_.data());
-    pins_changed_ = true;
-    if (sweep_) sweep_->clear_non_finite();
-    if (collider_) {
-      collider_->restore_state(saved.proximity), collider_->restore_overlaps(saved.overlaps);
-      collider_->restore_shapes(saved.shapes.value_or(ShapeMemory{}), x_.size());
-    }
-    if (sleeper_) user_constraints_ ? sleeper_->wake() : sleeper_->restore_state(saved.rest);
-    if (self_) self_->restore_state(saved.self);
-    if (edges_) edges_->restore_state(saved.edges);
-    energy_guard_.restart(particles(), positions_in_order());
+  void restore(const std::string& bytes, const std::string& file) final { set(load(bytes, x_.size(), file)); }
+  State<double> whole_state() const final {
+    State<R> all = state_to_save();
+    if (collider_) collider_->for_each_part([&](const auto& part) { all.proximity.add(part); });
+    return converted<double>(all);
   }
-  void restore_after_split(const std::string& bytes, std::size_t particles, const std::vector<int>& from,
-                           const std::array<double, kPassNames.size()>& seconds) final {
-    restore(save_state(remapped(load(bytes, particles, "state"), from)), "state");
-    seconds_ = seconds;
+  void continue_from(const State<double>& before, const LayoutMap& map,
+                     const std::array<double, kPassNames.size()>& seconds) final {
+    State<double> start = converted<double>(state_to_save());
+    if (self_) start.self.search[0].crosses = model_.scene.self_collision->ignores_crossings ? 1 : 0;
+    State<R> now = converted<R>(remapped(before, map, std::move(start)));
+    const bool self_starts = self_ && (before.self.x0.empty() || before.low.empty() == kCompensated<R>);
+    check(now, "state");
+    set(now), seconds_ = seconds;
+    const std::vector<R> w = w_.download();
+    const std::vector<bool> driven = has_keyframes(model_);
+    for (std::size_t i = 0; i < now.v.size(); ++i)  // pins stay where they are, see Simulation::set_positions()
+      if (!(w[i] > R(0)) && !driven[static_cast<std::size_t>(model_.user_index[i])]) v_.set(i, {0, 0, 0});
+    if (self_starts) self_->start_from(particles());
+    if (collider_) collider_->find_new_overlaps(particles(), map, time());
+    if (map.releases) keep_overlaps();
   }
   void set_state(std::int64_t steps, const std::vector<Vec3>& x, const std::vector<Vec3>& v) final {
     restore(save_state(moved_to(state_to_save(), steps, in_solver_order(x, model_.user_index),
@@ -164,7 +164,16 @@ class TimeStepper : public Solver {
       });
     }
     if (features_.forces != had_any && !substep_callback_) plan_ = plan_step(features_, interaction_);
+    double most = 0;  // squared
+    for (std::size_t i = 0; features_.forces && collider_ && i < model_.w.size(); ++i) {
+      const Vec3& force = forces[static_cast<std::size_t>(model_.user_index[i])];
+      most = std::max(most, dot(force, force) * (model_.w[i] * model_.w[i]));
+    }
+    force_acceleration_ = std::sqrt(most);
     wake();
+  }
+  std::vector<Vec3> forces() const final {
+    return features_.forces ? in_user_order(forces_.download(), model_.user_index) : std::vector<Vec3>{};
   }
   NextMotion next_motion() const final {
     if (!substep_callback_) return {time(), time_at(model_.scene.solver.substeps), false};
@@ -348,7 +357,8 @@ class TimeStepper : public Solver {
     const auto key = [&] {
       const Particles<R>& all = solve.particles;
       const Vector3<R>& g = solve.gravity;
-      return "patch solves" + key_from(all.x.x, all.v.x, all.p.d.x, all.w, solve.dt, g.x, g.y, g.z, solve.time) +
+      return "patch solves" +
+             key_from(all.x.x, all.v.x, all.p.d.x, all.w, solve.dt, g.x, g.y, g.z, solve.time, solve.force.x) +
              further_key();
     };
     sweep_->region(recorded_, key, work);
@@ -590,7 +600,11 @@ class TimeStepper : public Solver {
     const SolverSpec& solver = model_.scene.solver;
     return R(std::min(seams_closed_, (steps_ + double(substep + 1) / solver.substeps) * solver.dt));
   }
-  SolvePatch<R> make_solve(double h) const { return sweep_->make_solve(particles(), h, to_R(model_.scene.gravity)); }
+  SolvePatch<R> make_solve(double h) const {
+    SolvePatch<R> solve = sweep_->make_solve(particles(), h, to_R(model_.scene.gravity));
+    if (plan_.solves_apply_forces) solve.force = forces_.points();
+    return solve;
+  }
   Vec3 position_of(std::size_t i) const {
     Vec3 position = x_.get(i);
     if constexpr (kCompensated<R>)
@@ -662,6 +676,7 @@ class TimeStepper : public Solver {
   Executor executor_;
   const Model& model_;
   double gravity_, max_object_speed_ = 0;               // m/s^2; m/s, of moving environment objects
+  double force_acceleration_ = 0;                       // m/s^2, the largest that forces of the program cause
   double seams_closed_ = time_of_closed_seams(model_);  // s, from which on all are; 0: none closes
   double fastest_vertex_ = 0;                           // m/s, of deforming meshes, so far
   double fastest_driven_ = 0;                           // m/s, of objects whose motion was not known at the start
@@ -717,6 +732,26 @@ class TimeStepper : public Solver {
     return now;
   }
 
+  /// Continues from a state of this layout.
+  void set(const State<R>& saved) {
+    steps_ = saved.steps, crossings_step_ = -1;
+    x_.upload(saved.x), v_.upload(saved.v), d_.upload(std::vector<Vec3>(saved.x.size(), Vec3{0, 0, 0}));
+    if constexpr (kCompensated<R>) low_.upload(saved.low);
+    if (handles_) handles_->release_all(w_.data());
+    exclude_from_momentum_correction();
+    if (kinematic_pins_) kinematic_pins_->set_pinned(time(), w_.data());
+    pins_changed_ = true;
+    if (sweep_) sweep_->clear_non_finite();
+    if (collider_) {
+      collider_->restore_state(saved.proximity), collider_->restore_overlaps(saved.overlaps);
+      collider_->restore_shapes(saved.shapes.value_or(ShapeMemory{}), x_.size());
+    }
+    if (sleeper_) user_constraints_ ? sleeper_->wake() : sleeper_->restore_state(saved.rest);
+    if (self_) self_->restore_state(saved.self);
+    if (edges_) edges_->restore_state(saved.edges);
+    energy_guard_.restart(particles(), positions_in_order());
+  }
+
   /// The state with everything that the next step needs, except contacts.
   State<R> state_to_save() const {
     State<R> all = state();
@@ -736,6 +771,10 @@ class TimeStepper : public Solver {
                            .searched = self_ ? particles : 0,
                            .edge_groups = edges_ ? static_cast<std::size_t>(edges_->groups()) : 0};
     return load_state<R>(bytes, sizes, collider_ ? collider_->triangles() : std::vector<int>{}, file);
+  }
+  void check(const State<R>& of, const std::string& file) const {
+    detail::check_state(of, collider_ ? collider_->triangles() : std::vector<int>{},
+                        static_cast<std::int64_t>(mesh_count(model_)), file);
   }
 
   /// The steps after which strains may be sampled again for a hundredth of the time of those steps; 0: there is no

@@ -19,12 +19,21 @@ struct RestrictionTarget {
   Optional<Points<R>> origins;  // of bodies; without: the finer positions are relative to them already
 };
 
-/// A substep in which only gravity acts.
+/// A substep in which only gravity acts, and the forces that a program sets.
 template <class R>
 struct FreeFall {
   Points<R> v;         // m/s
   R dt;                // the substep h, s
   Vector3<R> gravity;  // m/s^2
+  Points<R> force{};   // N; null: none
+
+  /// The velocity with which particle i of inverse mass w (1/kg) moves: the bits of ApplyForces and Predict.
+  template <class T>
+  KERNEL Vector3<T> velocity(int i, const T& w) const {
+    Vector3<T> now = load_points<T>(v, i);
+    if (force.x != nullptr) now = now + load_points<T>(force, i) * (T(dt) * w);
+    return apply_gravity(now, w, Vector3<T>{T(gravity.x), T(gravity.y), T(gravity.z)}, T(dt));
+  }
 };
 
 /// Finer particles: at the end of a substep that begins now, or at their current positions.
@@ -45,12 +54,7 @@ struct RestrictedParticles {
       PatchParticle<T> q;
       load(w + at, q.w);
       q.x = origins ? load_start(p, at, origin, T()) : load_points<T>(p.x, at);
-      if (falls) {
-        const Vector3<T> g{T(fall->gravity.x), T(fall->gravity.y), T(fall->gravity.z)};
-        q.d = apply_gravity(load_points<T>(fall->v, at), q.w, g, T(fall->dt)) * T(fall->dt);
-      } else {
-        q.d = load_points<T>(p.d, at);
-      }
+      q.d = falls ? fall->velocity(at, q.w) * T(fall->dt) : load_points<T>(p.d, at);
       local.store_particle(segment.local + i, q);
     });
   }

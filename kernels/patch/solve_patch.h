@@ -60,7 +60,8 @@ struct SolvePatch {
   Optional<FirstIteration<R>> first;  // in a first iteration
   Optional<PatchUpdate<R>> update;    // in a last iteration that updates the state
   Sweeps sweeps;
-  R time = R(0);  // s, at the end of the substep; of seams that close
+  R time = R(0);      // s, at the end of the substep; of seams that close
+  Points<R> force{};  // N, that a program has set and predictions apply; null: none
 
   template <class Group>
   KERNEL void operator()(const Group& group) const {
@@ -96,6 +97,8 @@ struct SolvePatch {
     if (updates() && update->speed_limit) check_speed(group, patch);
   }
 
+  KERNEL FreeFall<R> fall() const { return {particles.v, dt, gravity, force}; }
+
   /// Tell whether this solve predicts particles, and whether it updates their state: those that no other patch solves
   /// before it, or after it.
   KERNEL bool predicts() const { return first && first->prediction && goes_forward(sweeps); }
@@ -118,7 +121,7 @@ struct SolvePatch {
 
   template <class Group, class Local>
   KERNEL void restrict_prediction(const Group& group, const Patch& patch, const Local& local) const {
-    const RestrictedParticles<R> next{particles.p, particles.w, FreeFall<R>{particles.v, dt, gravity}};
+    const RestrictedParticles<R> next{particles.p, particles.w, fall()};
     restrict_to(group, data, patch, next, *update->restriction, local);
   }
 
@@ -155,8 +158,7 @@ struct SolvePatch {
 
   template <class T>
   KERNEL Vector3<T> velocity(int i, const T& w) const {
-    return apply_gravity(load_points<T>(particles.v, i), w, Vector3<T>{T(gravity.x), T(gravity.y), T(gravity.z)},
-                         T(dt));
+    return fall().velocity(i, w);
   }
 
   template <class Group, class Local>

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "host/solver/solver.h"
+#include "host/solver/step_plan.h"
 #include "tests/refusal.h"
 #include "tests/small_scenes.h"
 
@@ -85,18 +86,57 @@ TEST_P(ForcesBy, AgainstTheWeightLeaveAFreeBodyWhereItIs) {
 INSTANTIATE_TEST_SUITE_P(, ForcesBy, testing::Values("pbd", "desbrun"),
                          [](const auto& tested) { return tested.param; });
 
-TEST(SetForces, AreAStageOfItsOwnOnlyWhereTheyAreSet) {
-  Simulation simulation(sheet_by("pbd", kEarth), {.threads = 1});
-  const auto has_stage = [&] {
-    return std::ranges::count(simulation.solver().step_plan().substep, Stage::ApplyForces) == 1;
-  };
-  EXPECT_FALSE(has_stage());
-  simulation.set_forces(weights_of(simulation, {0, 0, 1}));
-  simulation.step();
-  EXPECT_TRUE(has_stage());
-  simulation.set_forces({});
-  simulation.step();
-  EXPECT_FALSE(has_stage());
+TEST(SetForces, ArePartOfAStepOnlyWhereTheyAreSet) {
+  Scene free = sheet_by("pbd", kEarth);
+  free.bodies[0].pins.clear();
+  for (const Scene& scene : {sheet_by("pbd", kEarth), sheet_by("desbrun", kEarth), free}) {
+    Simulation simulation(scene, {.threads = 1});
+    const auto has_stage = [&] {
+      return std::ranges::count(simulation.solver().step_plan().substep, Stage::ApplyForces) == 1;
+    };
+    const auto by_solves = [&] { return simulation.solver().step_plan().solves_apply_forces; };
+    EXPECT_FALSE(has_stage() || by_solves());
+    simulation.set_forces(weights_of(simulation, {0, 0, 1}));
+    simulation.step();
+    EXPECT_NE(has_stage(), by_solves()) << "once";
+    simulation.set_forces({});
+    simulation.step();
+    EXPECT_FALSE(has_stage() || by_solves());
+  }
+  Simulation fused(sheet_by("pbd", kEarth), {.threads = 1});
+  fused.set_forces(weights_of(fused, {0, 0, 1}));
+  EXPECT_TRUE(fused.solver().step_plan().solves_apply_forces);
+  EXPECT_EQ(fused.solver().step_plan().solves, PatchSolves::ByStep) << "as without forces";
+}
+
+// A step with a callback has passes of their own for the forces, the prediction and the update of the state.
+TEST(SetForces, HaveTheSameBitsInAPatchSolveAsInAPass) {
+  const auto nothing = [](int, double) {};
+  for (const Precision precision : {Precision::Double, Precision::Float})
+    for (const std::string kind : {"hung", "levels", "wind", "damped", "free", "two iterations", "above a ball"}) {
+      SCOPED_TRACE(kind);
+      Scene scene = sheet_by("pbd", kEarth, precision);
+      scene.solver.levels = 0;
+      if (kind == "levels") scene.solver.levels = 2, scene.solver.levels_interval = 2;
+      if (kind == "wind") scene.wind.emplace().drag = 1e-3, scene.wind->velocity = {1, 0, 2};
+      if (kind == "damped") scene.bodies[0].damping = 0.5;
+      if (kind == "free") scene.bodies[0].pins.clear();
+      if (kind == "two iterations") scene.solver.iterations = 2;
+      if (kind == "above a ball") {  // onto which it falls after steps without contact tests
+        EnvironmentSpec ball;
+        ball.name = "ball", ball.shape = SphereShape{0.2, 3}, ball.transform.translate = {0.5, -0.4, 0.5};
+        scene.environment = {ball};
+      }
+      const SimulationOptions options{.threads = 1, .interactive = true};
+      Simulation in_solves(scene, options), in_passes(scene, options), without(scene, options);
+      std::vector<Vec3> forces = weights_of(in_solves, {3, 1, -2});
+      for (std::size_t i = 0; i < forces.size(); ++i) forces[i][1] *= static_cast<double>(i % 7);
+      in_solves.set_forces(forces), in_passes.set_forces(forces);
+      for (int step = 0; step < 20; ++step) in_solves.step(), in_passes.step(nothing), without.step();
+      EXPECT_EQ(in_solves.state_hash(), in_passes.state_hash());
+      EXPECT_EQ(in_solves.solver().step_plan().skips_contacts, kind == "above a ball");
+      EXPECT_NE(in_solves.state_hash(), without.state_hash());
+    }
 }
 
 TEST(SetForces, MayBeSetInTheCallbackOfAStep) {

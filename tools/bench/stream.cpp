@@ -95,13 +95,13 @@ void run_on_all_threads(int threads, const Kernel& kernel) {
 
 }  // namespace
 
-void Streams::Release::operator()(float* data) const { Memory<OpenMP>::release(data); }
+void Streams::Release::operator()(float* data) const { Memory<OpenMP>::release(data, 0, nullptr); }
 
 Streams::Streams(std::size_t bytes, int threads) : threads_(threads), sums_(std::size_t(kLine) * threads) {
   const std::size_t floats = std::max(kArrays * (floats_of_array(bytes, threads, kArrays) + kGap),
                                       Triad::arrays * (floats_of_array(bytes, threads, Triad::arrays) + kGap));
   for (int t = 0; t < threads; ++t) {
-    memory_.emplace_back(static_cast<float*>(Memory<OpenMP>::allocate(floats * sizeof(float))));
+    memory_.emplace_back(static_cast<float*>(Memory<OpenMP>::allocate(floats * sizeof(float), nullptr)));
     parts_.push_back(memory_.back().get());
   }
   run_on_all_threads(threads, Fill{parts_.data(), floats});

@@ -237,9 +237,10 @@ void add_state(Class& simulation) {
             s.compute([&](Simulation& of) { of.set_scene(scene); });
           },
           "The scene, with the gravity and wind that were set last. Assign another one to change masses, stiffness,\n"
-          "compliance, moduli and other settings between steps, and to add and remove bodies: those of the same name "
-          "and\n"
-          "number of particles keep their state. All is laid out anew, which takes as long as the set-up.")
+          "compliance, moduli and other settings between steps, and to add and remove bodies and objects: bodies of "
+          "the\n"
+          "same name and number of particles keep their state, and contacts of what stays what they remember. All is\n"
+          "laid out anew, which takes as long as the set-up; the same scene changes nothing, to the bit.")
       .def_property_readonly(
           "state_hash", [](PySimulation& s) { return hex(s.now()->state_hash()); },
           "16 hexadecimal digits, as in report.json: equal runs have equal hashes.");
