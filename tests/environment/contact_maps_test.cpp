@@ -4,6 +4,7 @@
 
 #include "host/mesh/vectors.h"
 #include "host/model/model.h"
+#include "host/run/checkpoint.h"
 #include "kernels/environment/edge_detection.h"
 #include "tests/mesh/irregular_sheet.h"
 #include "tests/refusal.h"
@@ -274,6 +275,25 @@ TEST(ContactMaps, AreRefusedWhereTheyCannotBe) {
   EXPECT_TRUE(names(
       said([&](Scene& scene) { scene.bodies[1].thickness_map = map_of(1), scene.self_collision->bodies = {"lower"}; }),
       "/bodies/1/thickness_map"));
+}
+
+// Checkpoints and set_scene() know a scene by its hash, which has the colours of the files too.
+TEST(ContactMaps, OfOtherColoursAreAnotherScene) {
+  const auto hash = [](const char* red, const char* key) {
+    const TemporaryFolder folder;
+    Layers layers(folder, 0, 0.5);
+    std::string obj = "v 0 0 0 " + std::string(red) + " 0 0\nv 1 0 0 0.5 0 0\nv 0 0 1 0.5 0 0\nf 1 3 2\n";
+    BodySpec& body = layers.scene.bodies[1];
+    body.shape = MeshFile{folder.write("coloured.obj", obj)};
+    VertexMap map;
+    map.colours = "red";
+    (key == std::string("friction") ? body.friction_map : body.thickness_map) = map;
+    return scene_hash(build_model(layers.scene));
+  };
+  for (const char* key : {"friction", "thickness"}) {
+    EXPECT_EQ(hash("0.25", key), hash("0.25", key)) << key;
+    EXPECT_NE(hash("0.25", key), hash("0.75", key)) << key;
+  }
 }
 
 /// A sheet on a belt: one half sticks to it and goes with it, the other does not. It tears between them.
