@@ -78,7 +78,7 @@ BodySpec body_of(const Shape& shape, std::vector<ConstraintSpec> constraints) {
   body.name = "body", body.shape = shape, body.density = 0.2, body.constraints = std::move(constraints);
   return body;
 }
-Scene scene_of(const Way& way, const BodySpec& body, double dt, int substeps = 1) {
+Scene scene_by(const Way& way, const BodySpec& body, double dt, int substeps = 1) {
   Scene scene = malha::scene_of({body}, {0, 0, 0}, dt, substeps, way.precision);
   scene.solver.type = way.method;
   return scene;
@@ -108,7 +108,7 @@ std::vector<Vec3> pulled(const Way& way, const BodySpec& body, const Pull& pull)
   const bool is_filtered = !by_pbd && body.constraints[0].type == "membrane";
   // One sweep of XPBD a substep is short of the compliance by some (2 wave h / cell)^2: 0.6 %.
   const double h = is_filtered ? 0.5 / pull.swing : 0.04 * pull.cell / pull.wave;
-  Scene scene = scene_of(way, body, is_filtered ? h : 100 * h, is_filtered ? 1 : 100);
+  Scene scene = scene_by(way, body, is_filtered ? h : 100 * h, is_filtered ? 1 : 100);
   const double mass = build_model(scene).mass[0];
   scene.wind = Wind{{0, 0, 0}, 2 * pull.swing * mass};
   Simulation simulation(scene, {.threads = 1});
@@ -123,7 +123,7 @@ class ConstraintMaps : public testing::TestWithParam<Way> {
   bool in_float() const { return GetParam().precision == Precision::Float; }
 
   Scene scene(const BodySpec& body, double dt, int substeps = 1) const {
-    return scene_of(GetParam(), body, dt, substeps);
+    return scene_by(GetParam(), body, dt, substeps);
   }
 };
 INSTANTIATE_TEST_SUITE_P(, ConstraintMaps,
@@ -339,7 +339,7 @@ Moved run(const Way& way, const KindCase& kind, const ConstraintSpec& spec, int 
   BodySpec body = body_of(shape_of(kind), all);
   if (kind.is_solid) body.density = 1000;
   body.pins = {ListPin{{0, 1, 2}}};
-  Scene scene = scene_of(way, body, 0.01, 4);
+  Scene scene = scene_by(way, body, 0.01, 4);
   scene.gravity = {0.3, -9.81, 0.7};
   if (change) change(scene);
   Simulation simulation(scene, {.threads = threads});

@@ -125,8 +125,8 @@ inline void synchronize(const Blocks& /*executor*/) {
 
 template <>
 struct Memory<Blocks> {
-  static void* allocate(std::size_t bytes) { return EmulatedMemory::the().allocate(bytes); }
-  static void release(void*) { EmulatedMemory::the().release(); }
+  static void* allocate(std::size_t bytes, std::pmr::memory_resource*) { return EmulatedMemory::the().allocate(bytes); }
+  static void release(void*, std::size_t, std::pmr::memory_resource*) { EmulatedMemory::the().release(); }
   template <class T>
   static void fill(T* to, std::size_t count, const T& value) {
     if (kept_launches) return kept_launches->push_back([=] { fill(to, count, value); });
