@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/model/body.h"
 
+#include <algorithm>
+
 #include "host/animation/animation.h"
 #include "host/mesh/check_mesh.h"
 #include "host/mesh/generate.h"
@@ -91,6 +93,11 @@ Body make_body(const Scene& scene, std::size_t index, BodyMeshes meshes, const T
   };
   std::vector<double> density_map = factors(spec.density_map, "density_map");
   body.friction_map = factors(spec.friction_map, "friction_map", {.zero_allowed = true});
+  const auto& self = scene.self_collision;
+  if (spec.thickness_map &&
+      (!self || (!self->bodies.empty() && std::ranges::find(self->bodies, spec.name) == self->bodies.end())))
+    refuse(scene.file, pointer("bodies", index, "thickness_map"), "'thickness_map' of a body without self-collision",
+           "one in a scene whose 'self_collision' has the body");
   body.thickness_map = factors(spec.thickness_map, "thickness_map", {.most = 1});
   for (std::size_t c = 0; c < spec.constraints.size(); ++c)
     body.maps.push_back(maps_of(scene, index, body.mesh, spec.constraints[c],

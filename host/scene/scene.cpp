@@ -58,21 +58,6 @@ void check_self_collision(const JsonReader& at, const SelfCollision& self, const
   }
 }
 
-/// Refuses thicknesses of bodies that do not take part in self-collision.
-void check_thickness_maps(const JsonReader& root, const Scene& scene) {
-  for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
-    const BodySpec& body = scene.bodies[b];
-    if (!body.thickness_map) continue;
-    const auto& self = scene.self_collision;
-    if (!self || (!self->bodies.empty() && std::ranges::find(self->bodies, body.name) == self->bodies.end()))
-      root.at("bodies")
-          .list()[b]
-          .at("thickness_map")
-          .refuse("'thickness_map' of a body without self-collision",
-                  "one in a scene whose 'self_collision' has the body");
-  }
-}
-
 void refuse_duplicate_name(const JsonReader& at, const std::string& name, std::set<std::string>& names) {
   if (!names.insert(name).second) at.at("name").refuse_value("a name that no other body or environment object has");
 }
@@ -140,7 +125,6 @@ Scene read_scene(const JsonValue& tree, const std::string& file, const std::stri
     if (scene.duration / scene.solver.dt > max_steps) {
       root.at("duration").refuse_value("at most " + std::to_string(max_steps) + " steps of /solver/dt");
     }
-    check_thickness_maps(root, scene);
   });
   errors.throw_all();
   return scene;
