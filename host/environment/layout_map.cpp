@@ -56,6 +56,10 @@ std::vector<int> indices(const All& now, const All& then, const Same& same) {
   return all;
 }
 
+double thickness_factor(const Model& model, std::size_t particle) {
+  return model.thickness_factor.empty() ? 1 : model.thickness_factor[particle];
+}
+
 std::vector<int> first(std::size_t count) {
   std::vector<int> all(count);
   std::iota(all.begin(), all.end(), 0);
@@ -92,15 +96,18 @@ LayoutMap map_of_scenes(const Model& before, const Model& after, const std::vect
   map.edge_groups = indices(now.edge_groups, then.edge_groups,
                             [&](const Objects& a, const Objects& b) { return std::ranges::equal(a, b, same_object); });
   const auto &s = before.scene.self_collision, &t = after.scene.self_collision;
-  map.keeps_self_distances = s && t && s->thickness == t->thickness;
   const std::vector<int> number = solver_of(before.user_index);
+  bool keeps_thickness = s && t && s->thickness == t->thickness;
   const std::vector<bool> pinned = pinned_now(before, time), stays = pinned_now(after, time);
   for (const int i : after.user_index) {
     const int from = user[static_cast<std::size_t>(i)];
     map.particles.push_back(from == LayoutMap::kNew ? from : number[static_cast<std::size_t>(from)]);
     if (from == LayoutMap::kNew) continue;
+    keeps_thickness = keeps_thickness && thickness_factor(after, map.particles.size() - 1) ==
+                                             thickness_factor(before, static_cast<std::size_t>(map.particles.back()));
     map.releases = map.releases || (pinned[static_cast<std::size_t>(from)] && !stays[static_cast<std::size_t>(i)]);
   }
+  map.keeps_self_distances = keeps_thickness;
   return map;
 }
 

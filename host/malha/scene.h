@@ -267,7 +267,8 @@ struct BodySpec {
   std::optional<double> mass;
   /// kg/m^2 of faces, kg/m of lines, kg/m^3 of tetrahedra, all at rest.
   std::optional<double> density;
-  std::optional<VertexMap> density_map;  ///< with `density`: its factor at each vertex, > 0
+  /// Factor of the density at each vertex, > 0. With `mass`, whose share it multiplies, the sum stays.
+  std::optional<VertexMap> density_map;
   /// Factor of Coulomb's mu of all contacts at each vertex, >= 0. Contacts of two bodies, and of a body with itself,
   /// have the mean of the factors at their two points.
   std::optional<VertexMap> friction_map;

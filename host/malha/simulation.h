@@ -129,11 +129,12 @@ class Simulation {
   /// those without the call, and nothing is laid out. Files of animations count as unchanged.
   ///
   /// Checkpoints and saved states of before belong to the other scene. Throws InputError for a scene that cannot be
-  /// simulated from its start, for bodies and objects that go through others where these are now (with self-collision
-  /// or "edges"), for a scene that has torn, and for other bodies or numbers of particles in a simulation with
+  /// simulated from its start, for one that has torn, for bodies that are in objects where they are now or, with
+  /// self-collision or edges, go through others, and for other bodies or numbers of particles in a simulation with
   /// constraints of the caller; then nothing has changed.
   void set_scene(const Scene& scene);
-  /// The scene, with what was set since.
+  /// The scene, with the poses, pins, gravity and wind that were set since: to keep these, give a changed copy of it to
+  /// set_scene().
   const Scene& scene() const;
 
   /// Sets gravity (m/s^2) from the next step on. With levels, which depend on the weight, the layout is new.

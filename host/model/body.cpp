@@ -118,7 +118,12 @@ Body make_body(const Scene& scene, std::size_t index, BodyMeshes meshes, const T
   const Mesh& at_rest = body.rest ? *body.rest : body.mesh;
   body.mass = spec.mass ? masses_by_total(body.mesh, *spec.mass, at_rest)
                         : masses_by_density(body.mesh, *spec.density, at_rest);
-  for (std::size_t i = 0; i < density_map.size(); ++i) body.mass[i] *= density_map[i];
+  if (!density_map.empty()) {
+    double total = 0, mapped = 0;
+    for (std::size_t i = 0; i < density_map.size(); ++i)
+      total += body.mass[i], body.mass[i] *= density_map[i], mapped += body.mass[i];
+    for (double& mass : body.mass) mass *= spec.mass ? total / mapped : 1;  // whose sum stays
+  }
   for (std::size_t i = 0; i < body.mass.size(); ++i)
     if (!(body.mass[i] > 0))
       refuse(scene.file, pointer("bodies", index, spec.mass ? "mass" : "density"),

@@ -67,7 +67,9 @@ double ChannelPicture::at(int channel, double u, double v) const {
   const int alpha = channels == 2 ? 1 : channels == 4 ? 3 : -1;
   const int of = channel == 3 ? alpha : channels < 3 ? 0 : channel;
   if (of < 0) return 1;  // opaque
-  const double x = (u - std::floor(u)) * width - 0.5, y = (1 - (v - std::floor(v))) * height - 0.5;
+  // Both borders are part of the picture: texture coordinates of 1 are those of its last pixels.
+  const auto inside = [](double at) { return at >= 0 && at <= 1 ? at : at - std::floor(at); };
+  const double x = inside(u) * width - 0.5, y = (1 - inside(v)) * height - 0.5;
   const auto pixel = [&](double column, double row) {
     const auto i = static_cast<std::size_t>(std::clamp(static_cast<int>(column), 0, width - 1));
     const auto j = static_cast<std::size_t>(std::clamp(static_cast<int>(row), 0, height - 1));
@@ -105,13 +107,12 @@ std::vector<double> factors_at_points(const Scene& scene, std::size_t body, cons
                                       const std::string& pointer, const FactorRange& range) {
   const std::vector<double> values = values_at_points(scene.bodies[body].shape, mesh, map, {scene.file, pointer});
   for (std::size_t i = 0; i < values.size(); ++i)
-    if (!(range.zero_allowed ? values[i] >= 0 : values[i] > 0) || !(values[i] <= range.most))
+    if (!(values[i] >= kLeastFactor || (range.zero_allowed && values[i] == 0)) || !(values[i] <= range.most))
       refuse(scene.file, pointer,
              "the factor " + shown(values[i]) + " at vertex " +
                  std::to_string(vertex_of(mesh.vertices, static_cast<int>(i))),
-             std::string(range.zero_allowed ? "factors >= 0" : "factors > 0") +
-                 (std::isfinite(range.most) ? " and <= " + shown(range.most) : "") +
-                 "; \"range\" says what 0 and 1 of a channel are");
+             std::string(range.zero_allowed ? "0, and " : "") + "factors from " + shown(kLeastFactor) + " to " +
+                 shown(range.most) + "; \"range\" says what 0 and 1 of a channel are");
   return values;
 }
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Values at the points of a body's mesh from a map of its shape's vertices.
 #pragma once
-#include <limits>
 #include <string>
 #include <vector>
 
@@ -20,13 +19,14 @@ struct MapPlace {
 /// InputError: a list of another length, colours, texture coordinates or a picture that are not there.
 std::vector<double> values_at_points(const Shape& shape, const Mesh& mesh, const VertexMap& map, const MapPlace& place);
 
-/// Factors that a map may have.
+/// Factors that a map may have, as numbers of scenes do.
+inline constexpr double kLeastFactor = 1e-18, kMostFactor = 1e18;
 struct FactorRange {
   bool zero_allowed = false;
-  double most = std::numeric_limits<double>::infinity();
+  double most = kMostFactor;
 };
 
-/// The same for a body of the scene. Refuses values outside of the range, which begins at 0.
+/// The same for a body of the scene. Refuses values outside of the range.
 std::vector<double> factors_at_points(const Scene& scene, std::size_t body, const Mesh& mesh, const VertexMap& map,
                                       const std::string& pointer, const FactorRange& range = {});
 
@@ -40,8 +40,9 @@ struct ChannelPicture {
   int width = 0, height = 0, channels = 0;
   std::vector<float> values;
 
-  /// The value of a channel (0 to 3: red, green, blue, alpha) at the texture coordinates u and v, which repeat beyond 0
-  /// and 1: linear between the middles of pixels. Grey pictures have one value for red, green and blue.
+  /// The value of a channel (0 to 3: red, green, blue, alpha) at the texture coordinates u and v: linear between the
+  /// middles of pixels, and constant from there to the borders. Beyond 0 and 1 the picture repeats. Grey pictures have
+  /// one value for red, green and blue.
   double at(int channel, double u, double v) const;
 };
 

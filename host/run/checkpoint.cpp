@@ -55,7 +55,7 @@ std::uint64_t scene_hash(const Model& model) {
     for (const auto* sets : {&model.sets, &model.stencils})
       for (const ConstraintSet& set : *sets) hash = hash_values(set.parameters, hash_values(set.softness, hash));
     for (const SpringSet& set : model.springs) hash = hash_values(set.rest, hash_values(set.stiffness, hash));
-    for (const auto* values : {&model.mass, &model.friction_factor, &model.thickness_factor})
+    for (const auto* values : {&model.w, &model.friction_factor, &model.thickness_factor})
       hash = hash_values(*values, hash);
   }
   for (const PressureSet& set : model.pressures) hash = hash_values(set.triangles, hash);

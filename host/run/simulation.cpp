@@ -242,12 +242,7 @@ struct Simulation::Parts {
       }
   }
   /// Tells whether a model, not yet laid out, is that of the present layout in all that steps depend on.
-  bool is_present(Model& made) const {
-    const std::vector<double> mass = std::exchange(made.mass, {});  // which a layout does not keep
-    const bool same = made.w == model().w && scene_hash(made) == scene_hash(model());
-    made.mass = mass;
-    return same;
-  }
+  bool is_present(const Model& made) const { return made.w == model().w && scene_hash(made) == scene_hash(model()); }
   /// The map from the layout of one scene to the model of another one, at the time of the former.
   static LayoutMap map_from(const Layout& before, const Model& next) {
     std::vector<int> user(next.x.size(), LayoutMap::kNew);
@@ -263,7 +258,17 @@ struct Simulation::Parts {
     state.steps = static_cast<std::int64_t>(std::ceil(before.solver->time() / to.model.scene.solver.dt - 1e-6));
     to.solver->continue_from(state, map, before.solver->pass_seconds());
   }
-  /// Refuses bodies and objects that go through others where these are now: contacts cannot part them.
+  /// Refuses bodies and objects that are in each other where they are now: contacts would throw them apart.
+  static void refuse_new_penetrations(const Layout& before, const Layout& now) {
+    double thickness = 0;
+    for (const EnvironmentSpec& object : now.model.scene.environment) thickness = std::max(thickness, object.thickness);
+    if (now.model.environment.empty()) return;
+    const double depth = now.solver->measure().penetration_max;
+    if (depth > thickness && depth > before.solver->measure().penetration_max)
+      refuse("set_scene", "", "a body that is " + shown(depth) + " m deep inside an object",
+             "objects and bodies that are apart where they are now; set_pose() moves an object, and what lies on it");
+  }
+  /// The same of bodies that go through others, and through edges of objects.
   static void refuse_new_crossings(const Layout& before, const Layout& now) {
     const auto& self = now.model.scene.self_collision;
     if ((!self && !names_edges(now.model.scene)) || (self && self->ignores_crossings)) return;
@@ -510,7 +515,7 @@ void Simulation::set_scene(const Scene& scene) {
   const LayoutMap map = Parts::map_from(before, next);
   parts_->rebuild({std::move(next), {}, [&before, &map](const Parts::Layout& to) {
                      Parts::continue_from(before, map, to);
-                     Parts::refuse_new_crossings(before, to);
+                     Parts::refuse_new_penetrations(before, to), Parts::refuse_new_crossings(before, to);
                      Parts::take_over_handles(to, before);
                    }});
   const Model& now = parts_->model();

@@ -205,8 +205,6 @@ BodySpec read_body(const JsonReader& at, const std::string& folder) {
   if (body.density && is_loose(body.shape)) {
     at.at(at.has("density") ? "density" : "material").refuse("a density of loose particles", "'mass' (kg)");
   }
-  if (body.density_map && !body.density)
-    at.at("density_map").refuse("'density_map' without 'density'", "'density_map' beside 'density'");
   if (body.tear) {
     const bool closed = std::any_of(body.constraints.begin(), body.constraints.end(),
                                     [](const ConstraintSpec& c) { return c.type == "pressure"; });

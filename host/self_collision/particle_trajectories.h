@@ -76,8 +76,8 @@ class ParticleTrajectories {
     if (!distances_grow_) return;
     R* const nearest = nearest_.data();
     Memory<Executor>::fill(nearest, count_ + 1, R(INFINITY));
-    contacts.in_colours(FindNearestPairs<R>{view(), contacts.pairs(), nearest});
     const auto grow = [&]<bool mapped>() {
+      contacts.in_colours(FindNearestPairs<R, mapped>{view(), contacts.pairs(), nearest, thickness_, factor_.data()});
       const GrowContactDistances<R, mapped> kernel{x0_.points().of, thickness_, nearest, factor_.data()};
       distances_grow_ = parallel_reduce<Sum>(executor_, count_, kernel, kGrain).value > 0;
     };

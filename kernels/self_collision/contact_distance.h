@@ -41,15 +41,18 @@ struct MarkCrossingBodies {
   }
 };
 
-/// Finds the smallest distance of each particle's pairs that are below their minimum distance. Groups: patches of one
-/// colour.
-template <class R>
+/// Finds the smallest distance of each particle's pairs that are below their minimum distance. Where mapped, a particle
+/// that is thicker than its pair counts the pair as farther by as much, because other pairs of it are. Groups: patches
+/// of one colour.
+template <class R, bool mapped = false>
 struct FindNearestPairs {
   using Shared = void;
   static constexpr int kMostThreads = 32;  // half of them have a pair of a block
   Trajectories<R> motions;
   Pairs<R> pairs;
   R* nearest;
+  R thickness = R(0);         // of self-collision, m, and
+  const R* factor = nullptr;  // the factor of each particle, where mapped
   template <class Group>
   KERNEL void operator()(const Group& group) const {
     for_each_pair(group, pairs,
@@ -61,9 +64,16 @@ struct FindNearestPairs {
     if (!(block.min_distance[k] > -R(INFINITY))) return;
     const R distance = ContactFrameDouble<R>(PairRows<R>(motions.x0, block, k).of, first).distance;
     if (!(distance > R(0) && distance < block.min_distance[k])) return;
+    R thinnest = R(1);
+    if constexpr (mapped) {
+      for (int j = 0; j < 4; ++j) thinnest = min(thinnest, factor[block.i[j][k] / kIndexScale<R>]);
+      if (!(distance < thickness * thinnest)) return;
+    }
     for (int j = 0; j < 4; ++j) {
-      R& own = nearest[block.i[j][k] / kIndexScale<R>];
-      own = min(own, distance);
+      const int i = block.i[j][k] / kIndexScale<R>;
+      R seen = distance;
+      if constexpr (mapped) seen = distance * (factor[i] / thinnest);
+      nearest[i] = min(nearest[i], seen);
     }
   }
 };

@@ -239,6 +239,34 @@ TEST(ThicknessMaps, LetLayersLieAsNearAsTheThinnerOneIs) {
     }
 }
 
+// Two layers rest on each other by their maps; then the scene has other thicknesses. Thinner ones come nearer, and
+// thicker ones, or those of which other vertices are thin, stay where they are.
+TEST(ThicknessMaps, ThatAreChangedLetLayersComeNearerAndThrowNoneApart) {
+  const TemporaryFolder folder;
+  Layers layers(folder, 0, 0.5);
+  Scene& scene = layers.scene;
+  std::vector<double> lower;
+  for (const Vec3& x : build_model(scene).render_mesh.points)
+    if (lower.size() < static_cast<std::size_t>(Layers::lower_count())) lower.push_back(x[0] < 0.7 ? 0.3 : 1);
+  scene.bodies[0].thickness_map = listed(lower);
+  scene.bodies[1].damping = 0.2;
+  const int n = Layers::lower_count(), m = Layers::upper_count();
+  const double thickness = Layers::kThickness;
+  Simulation simulation = after(scene, 1);
+  const std::vector<Vec3> before = simulation.positions();
+  scene.self_collision->thickness *= 1.01;
+  simulation.set_scene(scene);
+  run_for(simulation, scene, 0.5);
+  for (int i = n; i < n + m; ++i)
+    EXPECT_NEAR(simulation.positions()[static_cast<std::size_t>(i)][1], before[static_cast<std::size_t>(i)][1],
+                0.03 * thickness);
+  scene.bodies[1].thickness_map = listed(std::vector<double>(static_cast<std::size_t>(m), 0.3));
+  simulation.set_scene(scene);
+  run_for(simulation, scene, 1);
+  EXPECT_NEAR(Layers::mean(simulation.positions(), 1, n, n + m), 0.3 * 1.01 * thickness, 0.02 * thickness);
+  EXPECT_EQ(simulation.measure().crossings, 0);
+}
+
 TEST(ThicknessMaps, OfOneAreNoMaps) {
   const auto hash = [](bool mapped) {
     const TemporaryFolder folder;
@@ -287,10 +315,12 @@ TEST(ContactMaps, OfOtherColoursAreAnotherScene) {
     body.shape = MeshFile{folder.write("coloured.obj", obj)}, body.constraints.pop_back();  // there is no hinge
     VertexMap map;
     map.colours = "red";
-    (key == std::string("friction") ? body.friction_map : body.thickness_map) = map;
-    return scene_hash(build_model(layers.scene));
+    const std::string of = key;
+    (of == "friction" ? body.friction_map : of == "thickness" ? body.thickness_map : body.density_map) = map;
+    Simulation simulation(layers.scene, {.threads = 1});
+    return scene_hash(simulation.model());  // as checkpoints ask, of a model that is laid out
   };
-  for (const char* key : {"friction", "thickness"}) {
+  for (const char* key : {"friction", "thickness", "density"}) {
     EXPECT_EQ(hash("0.25", key), hash("0.25", key)) << key;
     EXPECT_NE(hash("0.25", key), hash("0.75", key)) << key;
   }

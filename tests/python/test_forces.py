@@ -35,13 +35,19 @@ def test_copies_go_into_arrays_of_the_caller(dtype):
     np.testing.assert_array_equal(out, run.positions.astype(dtype))
     np.testing.assert_array_equal(run.copy_velocities(out), run.velocities.astype(dtype))
     np.testing.assert_allclose(np.linalg.norm(run.copy_normals(out), axis=1), 1, atol=1e-6)
+    vertices = np.full((169, 8), 7, dtype)  # of a renderer: a place, a normal, and two numbers more
+    run.copy_positions(vertices[:, :3]), run.copy_normals(vertices[:, 3:6])
+    np.testing.assert_array_equal(vertices[:, :3], run.positions.astype(dtype))
+    np.testing.assert_array_equal(vertices[:, 3:6], out)
+    assert (vertices[:, 6:] == 7).all()
 
 
-@pytest.mark.parametrize("wrong", [np.zeros((168, 3)), np.zeros((169, 3), np.int32), np.zeros((3, 169)).T])
+@pytest.mark.parametrize("wrong", [np.zeros((168, 3)), np.zeros((169, 3), np.int32), np.zeros((3, 169)).T,
+                                   np.zeros((169, 6))[:, ::2], np.zeros((338, 3))[::-2]])
 def test_other_arrays_are_refused(wrong):
     run = malha.Simulation(scene_of(cloth()))
     with pytest.raises(malha.InputError, match=r"copy_positions: out: found an array of shape .* allowed: a writeable "
-                                               r"array \(169, 3\) of float32 or float64, in C order"):
+                                               r"array \(169, 3\) of float32 or float64 in C order, or columns"):
         run.copy_positions(wrong)
     read_only = np.zeros((169, 3))
     read_only.setflags(write=False)

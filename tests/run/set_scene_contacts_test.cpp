@@ -399,6 +399,27 @@ TEST(SetSceneWithMore, RefusesABodyThroughAnotherOneWhereItIsNow) {
   EXPECT_EQ(simulation.measure().crossings, 0);
 }
 
+TEST(SetSceneWithMore, RefusesAnObjectInABodyThatRests) {
+  for (const char* method : {"pbd", "desbrun"})
+    for (const Shape& shape : {kBall, kExactBall, kBlock}) {
+      Scene scene = scene_of({irregular_sheet_at("sheet", {0.03, 0.02, -0.02}, 5)}, kEarth, 0.01, 5);
+      scene.solver.type = method;
+      scene.environment = {object_at("floor", PlaneShape{}, {0, 0, 0})};
+      Simulation simulation = after(scene, 0.5), alone = after(scene, 0.5);
+      Scene more = scene;
+      more.environment.push_back(object_at("in it", shape, {0.03, 0.05, 0}));
+      EXPECT_NE(refusal([&] { simulation.set_scene(more); }).find("deep inside an object"), std::string::npos);
+      more = scene, more.environment[0].transform.translate = {0, 0.05, 0};
+      EXPECT_NE(refusal([&] { simulation.set_scene(more); }).find("deep inside an object"), std::string::npos);
+      simulation.step(), alone.step();
+      EXPECT_EQ(simulation.state_hash(), alone.state_hash()) << "nothing has changed";
+      more = scene, more.environment.push_back(object_at("above it", shape, {0.03, 0.5, 0}));
+      simulation.set_scene(more);
+      for (int step = 0; step < 10; ++step) simulation.step();
+      for (const Vec3& v : simulation.velocities()) ASSERT_LT(length(v), 0.01);
+    }
+}
+
 TEST(SetSceneWithMore, WakesASceneThatSleeps) {
   const Replaced of = asleep();
   Simulation simulation(of.scene, {.threads = 1});

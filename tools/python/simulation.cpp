@@ -94,23 +94,29 @@ RigidPose pose_of(const py::object& translate, const py::object& axis, double de
   return rigid_pose_of(read);
 }
 
-/// Calls copy(simulation, numbers) for an array (N, 3) of either precision, which it fills.
+/// Calls copy(simulation, numbers, stride) for an array (N, 3) of either precision, which it fills.
 template <class Copy>
 void copy_into(PySimulation& py_simulation, const py::array& out, const char* call, const Copy& copy) {
   const auto use = py_simulation.now();
   const auto particles = static_cast<py::ssize_t>(use->model().x.size());
   const bool in_float = out.dtype().equal(py::dtype::of<float>()),
              in_double = out.dtype().equal(py::dtype::of<double>());
-  const bool is_plain = (out.flags() & py::array::c_style) != 0;
-  if (!(in_float || in_double) || !is_plain || !out.writeable() || out.ndim() != 2 || out.shape(0) != particles ||
-      out.shape(1) != 3)
+  const py::ssize_t size = out.itemsize();
+  // Rows of three neighbouring numbers, which may be parts of longer ones.
+  const auto has_rows = [&] {
+    return out.strides(1) == size && out.strides(0) >= 3 * size && out.strides(0) % size == 0;
+  };
+  if (!(in_float || in_double) || !out.writeable() || out.ndim() != 2 || out.shape(0) != particles ||
+      out.shape(1) != 3 || !(has_rows() || particles == 0))
     refuse(call, "out", found_in(out) + " of " + py::str(out.dtype()).cast<std::string>(),
-           "a writeable array (" + std::to_string(particles) + ", 3) of float32 or float64, in C order");
+           "a writeable array (" + std::to_string(particles) +
+               ", 3) of float32 or float64 in C order, or columns of such an array");
   py::array filled = out;
+  const auto stride = static_cast<std::size_t>(out.strides(0) / size);
   if (in_float)
-    copy(*use, static_cast<float*>(filled.mutable_data()));
+    copy(*use, static_cast<float*>(filled.mutable_data()), stride);
   else
-    copy(*use, static_cast<double*>(filled.mutable_data()));
+    copy(*use, static_cast<double*>(filled.mutable_data()), stride);
 }
 
 py::list handle_dicts(PySimulation& py_simulation) {
@@ -168,22 +174,27 @@ void add_state(Class& simulation) {
       .def(
           "copy_positions",
           [](PySimulation& s, const py::array& out) {
-            copy_into(s, out, "copy_positions", [](const Simulation& of, auto* to) { of.copy_positions(to); });
+            copy_into(s, out, "copy_positions",
+                      [](const Simulation& of, auto* to, std::size_t stride) { of.copy_positions(to, stride); });
             return out;
           },
           "out"_a,
-          "Writes the positions (m) into an array (N, 3) of float32 or float64, without an allocation, and returns it.")
+          "Writes the positions (m) into an array (N, 3) of float32 or float64, without an allocation, and returns it. "
+          "It may\n"
+          "be a view of three columns of a longer array, such as `vertices[:, :3]`.")
       .def(
           "copy_velocities",
           [](PySimulation& s, const py::array& out) {
-            copy_into(s, out, "copy_velocities", [](const Simulation& of, auto* to) { of.copy_velocities(to); });
+            copy_into(s, out, "copy_velocities",
+                      [](const Simulation& of, auto* to, std::size_t stride) { of.copy_velocities(to, stride); });
             return out;
           },
           "out"_a, "The same with the velocities (m/s).")
       .def(
           "copy_normals",
           [](PySimulation& s, const py::array& out) {
-            copy_into(s, out, "copy_normals", [](const Simulation& of, auto* to) { of.copy_normals(to); });
+            copy_into(s, out, "copy_normals",
+                      [](const Simulation& of, auto* to, std::size_t stride) { of.copy_normals(to, stride); });
             return out;
           },
           "out"_a,
