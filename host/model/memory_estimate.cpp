@@ -19,6 +19,7 @@ void for_each_array(M& model, const Visit& visit) {
   for (auto& file : render_mesh.vertices) visit(file.point), visit(file.position), visit(file.faces);
   for (auto& rest : render_mesh.rest) visit(rest.points), visit(rest.faces), visit(rest.lines);
   visit(model.rest_x), visit(model.user_index), visit(model.x), visit(model.v), visit(model.w), visit(model.mass);
+  visit(model.friction_factor), visit(model.thickness_factor);
   for (auto* sets : {&model.sets, &model.stencils})
     for (auto& set : *sets) visit(set.particles), visit(set.softness), visit(set.parameters), visit(set.rest_corners);
   for (auto& set : model.springs) visit(set.ends), visit(set.stiffness), visit(set.rest);

@@ -51,7 +51,7 @@ Materials<Kind> materials_of(const ConstraintSet& set) {
   else
     return {set.parameter, set.parameters.empty() ? nullptr : set.parameters.data()};
 }
-/// Those of constraint c.
+/// The constants of constraint c of the set.
 template <class Kind>
 Material<Kind> material_of(const ConstraintSet& set, int c) {
   return materials_of<Kind>(set).of(c);

@@ -260,9 +260,9 @@ struct Simulation::Parts {
   }
   /// Refuses bodies and objects that are in each other where they are now: contacts would throw them apart.
   static void refuse_new_penetrations(const Layout& before, const Layout& now) {
+    if (now.model.environment.empty()) return;
     double thickness = 0;
     for (const EnvironmentSpec& object : now.model.scene.environment) thickness = std::max(thickness, object.thickness);
-    if (now.model.environment.empty()) return;
     const double depth = now.solver->measure().penetration_max;
     if (depth > thickness && depth > before.solver->measure().penetration_max)
       refuse("set_scene", "", "a body that is " + shown(depth) + " m deep inside an object",

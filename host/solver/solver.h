@@ -86,7 +86,7 @@ class Solver {
   /// Sets the force on each particle (N, the user's order), which acts in every substep until others are set. An empty
   /// list: none.
   virtual void set_forces(const std::vector<Vec3>& forces) = 0;
-  /// Those forces, rounded to the precision; empty: none.
+  /// Returns the forces that were set, rounded to the precision; empty: none.
   virtual std::vector<Vec3> forces() const = 0;
   /// The motion that the program gives an object now: during the next step, or, in a callback, during the next substep.
   virtual NextMotion next_motion() const = 0;

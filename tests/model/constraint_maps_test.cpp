@@ -98,7 +98,7 @@ std::vector<int> points_where(const MeshDataShape& shape, const std::function<bo
   return found;
 }
 
-/// What pulls a strip or a bar apart until it rests.
+/// A pull stretches a strip or a bar until it rests.
 struct Pull {
   std::vector<Vec3> forces;              // N, on each particle
   double cell = 0, wave = 0, swing = 0;  // m; m/s of the fastest wave; rad/s of the slowest mode
@@ -165,8 +165,8 @@ TEST_P(ConstraintMaps, OfAMembraneGiveAStripTheStretchOfAModulusThatVaries) {
   EXPECT_NEAR(end / moved(kLength), 1, 0.01);
 }
 
-// Where Poisson's ratio grows linearly along a strip that is pulled, the stress stays F / w everywhere, and a
-// cross-section contracts by its own ratio.
+// Poisson's ratio grows linearly along a strip that is pulled: the stress stays F / w everywhere, and a cross-section
+// contracts by its own ratio.
 TEST_P(ConstraintMaps, OfPoissonsRatioNarrowAStripByTheRatioOfEachCrossSection) {
   constexpr double Y = 20, force = 0.02 * Y * kWidth;
   const MeshDataShape strip = uneven_triangles(kWidth, kLength, 6, 30);
@@ -400,7 +400,7 @@ TEST_P(ConstraintMaps, GiveTheSameBitsOnAnyNumberOfThreads) {
   }
 }
 
-// What a report says of the energy belongs to the forces that act: after a step from rest that is too short to move
+// Reports tell the energy of the forces that act: after a step from rest that is too short to move
 // anything, w h times the force is the velocity.
 TEST_P(ConstraintMaps, MoveParticlesAlongTheGradientOfTheEnergyThatReportsTell) {
   if (in_float()) GTEST_SKIP() << "differences of energies need the digits of double";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is laid out comes from memory of the program, and goes back there.
+// Layouts take their memory from the program, and give it back.
 #include <gtest/gtest.h>
 
 #include <atomic>
