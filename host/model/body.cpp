@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/model/body.h"
 
-#include <algorithm>
-
 #include "host/animation/animation.h"
 #include "host/mesh/check_mesh.h"
 #include "host/mesh/generate.h"
@@ -10,6 +8,7 @@
 #include "host/mesh/topology.h"
 #include "host/mesh/weld.h"
 #include "host/model/body_rest.h"
+#include "host/model/self_surface.h"
 #include "host/model/vertex_map.h"
 #include "kernels/constraints/constraint_registry.h"
 #include "malha/error.h"
@@ -93,9 +92,7 @@ Body make_body(const Scene& scene, std::size_t index, BodyMeshes meshes, const T
   };
   std::vector<double> density_map = factors(spec.density_map, "density_map");
   body.friction_map = factors(spec.friction_map, "friction_map", {.zero_allowed = true});
-  const auto& self = scene.self_collision;
-  if (spec.thickness_map &&
-      (!self || (!self->bodies.empty() && std::ranges::find(self->bodies, spec.name) == self->bodies.end())))
+  if (spec.thickness_map && !self_collides(scene, spec.name))
     refuse(scene.file, pointer("bodies", index, "thickness_map"), "'thickness_map' of a body without self-collision",
            "one in a scene whose 'self_collision' has the body");
   body.thickness_map = factors(spec.thickness_map, "thickness_map", {.most = 1});

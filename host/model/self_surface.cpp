@@ -81,6 +81,11 @@ SelfSurface surface_of(const Model& model, const std::vector<std::string>& named
 
 }  // namespace
 
+bool self_collides(const Scene& scene, const std::string& body) {
+  const auto& self = scene.self_collision;
+  return self && (self->bodies.empty() || std::ranges::find(self->bodies, body) != self->bodies.end());
+}
+
 SelfSurface self_surface(const Model& model) { return surface_of(model, model.scene.self_collision->bodies); }
 SelfSurface bodies_surface(const Model& model) { return surface_of(model, {}); }
 

@@ -3,6 +3,7 @@
 // in double precision, independently of the solver.
 #pragma once
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "host/mesh/compressed_lists.h"
@@ -19,6 +20,9 @@ struct SelfSurface {
   CompressedLists<int> sewn;              // see sewn_particles(): pairs of these do not collide
   int particles = 0, edges = 0, triangles = 0;
 };
+
+/// Tells whether the "self_collision" of the scene, if there is one, has this body.
+bool self_collides(const Scene& scene, const std::string& body);
 
 /// The surface of the bodies that the "self_collision" of the scene names; the scene must have one. Quads are split as
 /// by triangles(mesh).

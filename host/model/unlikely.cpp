@@ -10,6 +10,7 @@
 #include "host/mesh/bounding_box.h"
 #include "host/mesh/vectors.h"
 #include "host/mesh/weld.h"
+#include "host/model/self_surface.h"
 #include "malha/text.h"
 
 namespace malha {
@@ -156,9 +157,7 @@ class UnlikelyFinder {
     if (!scene_.self_collision) return;
     const SelfCollision& self = *scene_.self_collision;
     for (std::size_t b = 0; b < bodies_.size(); ++b) {
-      const bool named =
-          self.bodies.empty() || std::ranges::find(self.bodies, scene_.bodies[b].name) != self.bodies.end();
-      if (!named || edges_[b] == 0) continue;
+      if (!self_collides(scene_, scene_.bodies[b].name) || edges_[b] == 0) continue;
       const double ratio = self.thickness / edges_[b];
       if (ratio > kThickSelf)
         lines_.push_back(name(b) + ": a self-collision thickness of " + length(self.thickness) + " is " + times(ratio) +

@@ -5,6 +5,7 @@
 
 #include "host/mesh/vectors.h"
 #include "host/model/pins.h"
+#include "host/model/self_surface.h"
 #include "host/report/failure_boundaries.h"
 
 namespace malha {
@@ -70,9 +71,7 @@ std::vector<BodyAtStart> bodies_at_start(const Model& model, double gravity) {
     of.free = of.free || is_released(scene.bodies[b]);
     for (int i = model.render_mesh.body_begin[b]; i < model.render_mesh.body_begin[b + 1]; ++i)
       of.box.extend(axes * Eigen::Vector3d(model.render_mesh.points[i].data()));
-    const std::vector<std::string>& touching = scene.self_collision->bodies;  // empty: all
-    const bool named = std::find(touching.begin(), touching.end(), scene.bodies[b].name) != touching.end();
-    of.touches = touching.empty() || named;
+    of.touches = self_collides(scene, scene.bodies[b].name);
     const int count = model.render_mesh.body_begin[b + 1] - model.render_mesh.body_begin[b];
     const double speed = axes.row(0) * Eigen::Vector3d(scene.bodies[b].velocity.data());
     of.rises = speed * speed / (2 * gravity);

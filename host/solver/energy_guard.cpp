@@ -10,6 +10,7 @@
 #include "host/base/disjoint_sets.h"
 #include "host/mesh/vectors.h"
 #include "host/model/seams.h"
+#include "host/model/self_surface.h"
 #include "kernels/constraints/constraint_registry.h"
 #include "kernels/projection/rest.h"
 
@@ -134,11 +135,7 @@ std::vector<int> groups_of(const Model& model) {
   std::vector<int> group(bodies, -1);
   int groups = 0, touching = -1;
   for (std::size_t b = 0; b < bodies; ++b) {
-    bool touches = false;
-    if (const auto& self = model.scene.self_collision) {
-      const auto& named = self->bodies;
-      touches = named.empty() || std::find(named.begin(), named.end(), model.scene.bodies[b].name) != named.end();
-    }
+    const bool touches = self_collides(model.scene, model.scene.bodies[b].name);
     if (touches && touching < 0) touching = groups++;
     group[b] = touches ? touching : groups++;
   }
