@@ -1,18 +1,18 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# usage: install.sh ROOT BUILD GENERATOR COMPILER flags=FLAGS python=PYTHON folder=FOLDER
+# usage: install.sh ROOT BUILD GENERATOR COMPILER python=PYTHON folder=FOLDER
 # Installs BUILD into a scratch prefix; configures, builds and runs tools/examples against it, with the compiler's
-# default instruction set (FLAGS are the sanitizers', which all parts of a program must share). The C++ of README.md is
-# built so, too. PYTHON, if it is not empty, imports the module from FOLDER below the prefix. The links of the installed
-# pages must lead to files; licences and completion are installed with them.
+# default instruction set. The C++ of README.md is built so, too. PYTHON, if it is not empty, imports the module from
+# FOLDER below the prefix. The links of the installed pages must lead to files; licences and completion are installed
+# with them.
 set -euo pipefail
-root=${1:?} build=${2:?} generator=${3:?} compiler=${4:?} flags=${5#flags=} python=${6#python=} folder=${7#folder=}
+root=${1:?} build=${2:?} generator=${3:?} compiler=${4:?} python=${5#python=} folder=${6#folder=}
 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 
 cmake --install "$build" --prefix "$scratch/prefix" >/dev/null
 cmake -S "$root/tools/examples" -B "$scratch/build" -G "$generator" \
-  -DCMAKE_PREFIX_PATH="$scratch/prefix" -DCMAKE_CXX_COMPILER="$compiler" -DCMAKE_CXX_FLAGS="$flags" -DCMAKE_BUILD_TYPE=Release
+  -DCMAKE_PREFIX_PATH="$scratch/prefix" -DCMAKE_CXX_COMPILER="$compiler" -DCMAKE_BUILD_TYPE=Release
 cmake --build "$scratch/build"
 
 # A scene with particles, constraints and a mesh to collide with, so that every dependency is called.
@@ -35,7 +35,7 @@ add_executable(page page.cpp)
 target_link_libraries(page PRIVATE malha::malha)
 CMAKE
 cmake -S "$scratch/page" -B "$scratch/page/build" -G "$generator" \
-  -DCMAKE_PREFIX_PATH="$scratch/prefix" -DCMAKE_CXX_COMPILER="$compiler" -DCMAKE_CXX_FLAGS="$flags" -DCMAKE_BUILD_TYPE=Release
+  -DCMAKE_PREFIX_PATH="$scratch/prefix" -DCMAKE_CXX_COMPILER="$compiler" -DCMAKE_BUILD_TYPE=Release
 cmake --build "$scratch/page/build"
 (cd "$scratch/page" && build/page >positions)
 (($(wc -l <"$scratch/page/positions") == 17 * 17)) || {

@@ -93,7 +93,7 @@ class StepsOf : public testing::TestWithParam<std::string> {};
 TEST_P(StepsOf, AllocateOnlyWhereAListGrowsBeyondAllBefore) {
   const Scene scene = load_shipped(GetParam());
   Simulation simulation(scene, {.threads = 2});
-  const long long steps = std::min(std::llround(scene.duration / scene.solver.dt), 40ll);  // most have contacts by then
+  const long long steps = std::min(std::llround(scene.duration / scene.solver.dt), 25ll);  // most have contacts by then
   std::size_t most = 0;
   int grew = 0;
   for (long long step = 1; step <= steps; ++step) {
@@ -106,7 +106,7 @@ TEST_P(StepsOf, AllocateOnlyWhereAListGrowsBeyondAllBefore) {
     }
     most = std::max(most, now);
   }
-  EXPECT_LE(grew, 25) << "of " << steps << " steps";
+  EXPECT_LE(grew, 15) << "of " << steps << " steps";
   // In a scene without contacts nothing can grow.
   if (!scene.self_collision && scene.environment.empty()) {
     EXPECT_EQ(grew, 0);
