@@ -26,7 +26,9 @@ namespace malha {
 namespace embree_detail {
 
 struct Release {
-  void operator()(RTCDevice device) const { rtcReleaseDevice(device); }
+  void operator()(RTCDevice device) const {
+    if (device != nullptr) rtcReleaseDevice(device);
+  }
   void operator()(RTCScene scene) const { rtcReleaseScene(scene); }
   void operator()(RTCGeometry geometry) const { rtcReleaseGeometry(geometry); }
 };
@@ -84,13 +86,15 @@ inline void set_ray(RTCRay& ray, const std::array<float, 3>& origin, const std::
 
 }  // namespace embree_detail
 
-/// An Embree device; it outlives its scenes.
+/// An Embree device, which its scenes share: Embree 3.13 reads a device while it frees the memory of a scene, but a
+/// scene that has the last reference releases the device first.
 class Device {
  public:
   /// `threads` build the scenes (queries run on the caller's). One by default: with more, the order of the primitives
   /// in a tree, and with it which of two equally near triangles wins, depends on timing.
-  explicit Device(int threads = 1) : log_(std::make_unique<embree_detail::ErrorLog>()) {
-    device_.reset(rtcNewDevice(("threads=" + std::to_string(threads)).c_str()));
+  explicit Device(int threads = 1)
+      : log_(std::make_shared<embree_detail::ErrorLog>()),
+        device_(rtcNewDevice(("threads=" + std::to_string(threads)).c_str()), embree_detail::Release()) {
     if (!device_) {
       const RTCError code = rtcGetDeviceError(nullptr);
       embree_detail::throw_error(code, "Embree: no device, error " + std::to_string(static_cast<int>(code)));
@@ -108,8 +112,8 @@ class Device {
   RTCDevice get() const { return device_.get(); }
 
  private:
-  std::unique_ptr<embree_detail::ErrorLog> log_;  // declared first: it outlives the device, which refers to it
-  std::unique_ptr<RTCDeviceTy, embree_detail::Release> device_;
+  std::shared_ptr<embree_detail::ErrorLog> log_;  // declared first: it outlives the device, which refers to it
+  std::shared_ptr<RTCDeviceTy> device_;
 };
 
 /// A scene of triangles, spheres and capsules for ray queries, in ROBUST mode. Add, commit once, then query from any
@@ -117,7 +121,7 @@ class Device {
 /// std::runtime_error on Embree's errors.
 class RayScene {
  public:
-  explicit RayScene(const Device& device) : device_(&device), scene_(rtcNewScene(device.get())) {
+  explicit RayScene(const Device& device) : device_(device), scene_(rtcNewScene(device.get())) {
     rtcSetSceneFlags(scene_.get(), RTC_SCENE_FLAG_ROBUST);
     device.check();
   }
@@ -147,14 +151,14 @@ class RayScene {
     fill(geometry, RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT4, ends);
     auto* first = static_cast<unsigned*>(rtcSetNewGeometryBuffer(geometry.get(), RTC_BUFFER_TYPE_INDEX, 0,
                                                                  RTC_FORMAT_UINT, sizeof(unsigned), ends.size() / 2));
-    device_->check();
+    device_.check();
     for (unsigned i = 0; i < ends.size() / 2; ++i) first[i] = 2 * i;
     return attach(geometry);
   }
 
   void commit() {
     rtcCommitScene(scene_.get());
-    device_->check();
+    device_.check();
   }
 
   RTCScene get() const { return scene_.get(); }
@@ -163,8 +167,8 @@ class RayScene {
   using Geometry = std::unique_ptr<RTCGeometryTy, embree_detail::Release>;
 
   Geometry make(RTCGeometryType type) {
-    Geometry geometry(rtcNewGeometry(device_->get(), type));
-    device_->check();
+    Geometry geometry(rtcNewGeometry(device_.get(), type));
+    device_.check();
     rtcSetGeometryMask(geometry.get(), 0xffffffffu);  // version 4 ignores geometries without it
     return geometry;
   }
@@ -172,18 +176,18 @@ class RayScene {
   template <class T>
   void fill(const Geometry& geometry, RTCBufferType type, RTCFormat format, std::span<const T> values) {
     void* to = rtcSetNewGeometryBuffer(geometry.get(), type, 0, format, sizeof(T), values.size());
-    device_->check();
+    device_.check();
     std::memcpy(to, values.data(), values.size_bytes());
   }
 
   int attach(const Geometry& geometry) {
     rtcCommitGeometry(geometry.get());
     const unsigned number = rtcAttachGeometry(scene_.get(), geometry.get());
-    device_->check();
+    device_.check();
     return static_cast<int>(number);
   }
 
-  const Device* device_;
+  Device device_;  // declared first
   std::unique_ptr<RTCSceneTy, embree_detail::Release> scene_;
 };
 

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <memory>
 #include <vector>
 
 namespace malha {
@@ -146,6 +147,18 @@ TEST(Embree, TooLittleMemoryIsThatOfAnyoneElse) {
   embree_detail::ErrorLog log;
   embree_detail::log_error(&log, RTC_ERROR_OUT_OF_MEMORY, "out of memory");
   EXPECT_THROW(embree_detail::throw_error(log.code, log.message), std::bad_alloc);
+}
+
+// Queries, changes and errors need the device, and so does the end of the scene.
+TEST(Embree, ASceneKeepsItsDevice) {
+  auto device = std::make_unique<Device>();
+  TriangleScene scene(*device, std::vector<P>{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}},
+                      std::vector<std::array<int, 3>>{{0, 1, 2}});
+  device.reset();
+  EXPECT_TRUE(intersect(scene, {0.25f, 0.25f, 1}, {0, 0, -1}, 0, 2).hit);
+  EXPECT_EQ(scene.add_spheres(std::vector<std::array<float, 4>>{{5, 5, 0, 1}}), 1);
+  scene.commit();
+  EXPECT_TRUE(intersect(scene, {5, 5, 3}, {0, 0, -1}, 0, 3).hit);
 }
 
 TEST(Embree, ErrorsBecomeExceptions) {
