@@ -16,7 +16,7 @@ namespace malha::study {
 namespace {
 
 /// The replays of a quick study, in a temporary folder.
-class StudyReplays : public testing::Test {
+class StudyAccuracyReplays : public testing::Test {
  protected:
   const Study& study_ = studies()[0];
   const Findings& findings_ = quick_findings<run_accuracy>();
@@ -35,7 +35,7 @@ class StudyReplays : public testing::Test {
   }
 };
 
-TEST_F(StudyReplays, AreTheOnlyFilesAndLinkedByThePage) {
+TEST_F(StudyAccuracyReplays, AreTheOnlyFilesAndLinkedByThePage) {
   ASSERT_EQ(all().size(), 3u);
   write();
   std::set<std::string> expected, found;
@@ -54,7 +54,7 @@ TEST_F(StudyReplays, AreTheOnlyFilesAndLinkedByThePage) {
   EXPECT_FALSE(has(page(folder_ / ""), replay_file(study_, all()[0]))) << "no link to a missing file";
 }
 
-TEST_F(StudyReplays, ShowFewSubstepsBesideTheReferenceAndADivergingRun) {
+TEST_F(StudyAccuracyReplays, ShowFewSubstepsBesideTheReferenceAndADivergingRun) {
   write();
   const std::vector<Json> few = runs_in(folder_ / "accuracy_sheet7_1.html");
   ASSERT_EQ(few.size(), 2u);
@@ -66,12 +66,12 @@ TEST_F(StudyReplays, ShowFewSubstepsBesideTheReferenceAndADivergingRun) {
   EXPECT_EQ(shells[1]["report"]["status"], "finished");
 }
 
-TEST_F(StudyReplays, EndWhenTheyAreInterrupted) {
+TEST_F(StudyAccuracyReplays, EndWhenTheyAreInterrupted) {
   stop_ = true;
   EXPECT_THROW(write(), Interrupted);
 }
 
-TEST_F(StudyReplays, OfADivergingRunShowTheBodyInItsInitialSize) {
+TEST_F(StudyAccuracyReplays, OfADivergingRunShowTheBodyInItsInitialSize) {
   NEEDS_BROWSER;
   write();
   Browser browser(1000, 600);
