@@ -14,7 +14,7 @@ namespace malha {
 
 namespace {
 
-constexpr char kMagic[] = "malha checkpoint 7\n";  // its size aligns the rest for a hex dump
+constexpr char kMagic[] = "malha checkpoint 8\n";  // its size aligns the rest for a hex dump
 
 struct Header {
   std::uint64_t scene, state;  // hashes

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Broad phase of self-collision in the executor's memory: swept boxes of the particles, in a frame that moves with
-// their common motion, and the search, cluster by cluster, for pairs that may come near while no particle leaves its
-// box. A search serves several substeps.
+// Broad phase of self-collision in the executor's memory: swept bounds of the particles, and the search, cluster by
+// cluster, for pairs that may come near while no particle leaves its bounds. A search serves several substeps.
 #pragma once
 #include <algorithm>
 #include <vector>
@@ -24,7 +23,7 @@ class PairSearch {
   PairSearch(const Executor& executor, const SelfSurface& surface, const std::vector<Vec3>& x, double thickness,
              const Vector3<double>& origin = {0, 0, 0}, bool crosses = false, const std::vector<Vec3>& at_rest = {})
       : executor_(executor),
-        rules_{R(0.1 * thickness), R(0.25), R(thickness), R(0.5 * thickness)},
+        rules_{R(0.2 * thickness), R(0.1), R(thickness), R(0.5 * thickness)},
         thickness_(R(thickness)),
         particles_(static_cast<int>(x.size())) {
     memory_.crosses = crosses ? 1 : 0;
@@ -54,46 +53,40 @@ class PairSearch {
 
   /// Once a substep, with its predicted motions: searches if the last search is not valid for them.
   void update(const Trajectories<R>& motions, Contacts& contacts) {
-    memory_.frame_offset = memory_.frame_offset + memory_.frame_displacement;
-    memory_.frame_displacement = common_motion(motions);
-    if (memory_.valid && check_bounds(motions, {0, 0, 0}, kFit).outside == 0) {
+    if (memory_.valid && check_bounds(motions, {0, 0, 0}, kFit).outside <= most_clamped()) {
       ++memory_.age;
       return;
     }
     // Look ahead as far as the last search served, or farther if it served to its horizon.
     memory_.horizon =
         memory_.age < memory_.horizon ? memory_.age : std::min(2 * memory_.horizon, SearchMemory::kMaxAhead);
-    search(motions, memory_.frame_displacement, memory_.horizon, contacts);
+    search(motions, {0, 0, 0}, memory_.horizon, contacts);
   }
-  /// Finds the pairs that the motions from x0 may bring near, in a frame that moves by `frame_displacement` (m) in this
-  /// substep, `ahead` substeps ahead.
-  void search(const Trajectories<R>& motions, const Vector3<double>& frame_displacement, int ahead,
-              Contacts& contacts) {
-    memory_.frame_offset = {0, 0, 0}, memory_.frame_displacement = frame_displacement, memory_.valid = memory_.age = 1;
+  /// Finds the pairs that the motions from x0 may bring near, `ahead` substeps ahead. Truncated particles, which move
+  /// by `rest_motion` (m) in this substep, stay in their bounds.
+  void search(const Trajectories<R>& motions, const Vector3<double>& rest_motion, int ahead, Contacts& contacts) {
+    memory_.valid = memory_.age = 1;
     parallel_for(executor_, particles_,
-                 InitSweptBounds<R>{motions, rounded<R>(frame_displacement), R(ahead), rules_, swept_bounds()}, kGrain);
+                 InitSweptBounds<R>{motions, rounded<R>(rest_motion), R(ahead), rules_, swept_bounds()}, kGrain);
     find_pairs(contacts);
     ++searches_;
   }
   /// The next substep searches anew.
   void invalidate() { memory_.valid = 0; }
 
-  /// Common motion of all particles that take part, m.
-  Vector3<double> common_motion(const Trajectories<R>& motions) const {
-    const SumMotion<R> sum{{motions.moved}, takes_part_.data()};
-    return parallel_reduce<MeanMotion>(executor_, particles_, sum, kGrain).value();
-  }
-  /// Checks that particles stay in their swept boxes. `rest_motion`: of truncated particles, m. `share`: of the
+  /// Checks that particles stay in their swept bounds. `rest_motion`: of truncated particles, m. `share`: of the
   /// margins.
   BoundsViolations check_bounds(const Trajectories<R>& motions, const Vector3<double>& rest_motion = {0, 0, 0},
                                 double share = within_rounding<R>()) const {
-    const CheckSweptBounds<R> check{motions,  swept_bounds(),     frame(),
-                                    R(share), takes_part_.data(), rounded<R>(rest_motion)};
+    const CheckSweptBounds<R> check{motions, swept_bounds(), R(share), takes_part_.data(), rounded<R>(rest_motion)};
     return parallel_reduce<BoundsViolations>(executor_, particles_, check, kGrain);
   }
+  /// So many particles that leave their swept bounds are clamped to them: a part of their motion in one substep is
+  /// lost, where a search would cost as much as all constraints in several substeps.
+  double most_clamped() const { return kMostClamped * particles_; }
+  double most_clamped_at_end() const { return kMostClampedAtEnd * particles_; }
   void clamp_to_bounds(const Trajectories<R>& motions, const Displaced<R>& p) const {
-    parallel_for(executor_, particles_, ClampToSweptBounds<R>{motions, swept_bounds(), frame(), p, takes_part_.data()},
-                 kGrain);
+    parallel_for(executor_, particles_, ClampToSweptBounds<R>{motions, swept_bounds(), p, takes_part_.data()}, kGrain);
   }
 
   /// Sets the particles where bodies intersect: searches leave out pairs that have such a particle on both sides. An
@@ -167,7 +160,6 @@ class PairSearch {
   }
 
   SweptBounds<R> swept_bounds() const { return {from_.data(), way_.data(), rest_.data()}; }
-  CommonFrame<R> frame() const { return {rounded<R>(memory_.frame_offset), rounded<R>(memory_.frame_displacement)}; }
 
   /// Finds the pairs in the swept bounds, with the capacity that the last search needed and a quarter more, and again
   /// where that is too small.
@@ -196,7 +188,8 @@ class PairSearch {
 
   static constexpr int kGrain = 8192;                               // particles
   static constexpr int kClusterGrain = 16, kClustersPerThread = 2;  // for refitting, and for finding pairs
-  static constexpr double kFit = 0.5;  // of the margin of a swept box: constraints may use the rest
+  static constexpr double kFit = 0.5;  // of the margin of predicted motions: constraints may use the rest
+  static constexpr double kMostClamped = 0.001, kMostClampedAtEnd = 0.03;  // of the particles
 
   Executor executor_;
   BroadPhaseParams<R> rules_;

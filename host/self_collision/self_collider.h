@@ -3,12 +3,13 @@
 // their projection, and the guarantee that no primitives intersect. Made only for scenes that name self_collision.
 //
 // The guarantee rests on three facts: (1) the start, the end and the truncated position of every particle lie in its
-// swept box of the last broad phase, or the broad phase runs again; (2) a pair that is no candidate cannot come nearer
-// than its minimum distance while all particles stay in their boxes; (3) every candidate pair has a plane that
-// separates its sides at the start and must separate them at the end, or its displacements are truncated.
+// swept bounds of the last broad phase, or it is clamped to them, or the broad phase runs again; (2) a pair that is no
+// candidate cannot come nearer than its minimum distance while all particles stay in their bounds; (3) every candidate
+// pair has a plane that separates its sides at the start and must separate them at the end, or its displacements are
+// truncated.
 //
 // Each state has one owner: the start positions with their origin, the distances that pairs keep and the
-// displacements ParticleTrajectories, the swept boxes with their frame PairSearch, the pairs with their contacts and
+// displacements ParticleTrajectories, the swept bounds PairSearch, the pairs with their contacts and
 // violations SelfContacts, and the momenta of jammed bodies JamCorrector. The collider has the algorithm, and what
 // the final guard may still do in a substep.
 #pragma once
@@ -53,7 +54,7 @@ class SelfCollider {
   /// Notes whether guards that ran last have moved bodies through each other.
   void note_intersections(const Particles<R>& particles) {
     trajectories_.load(particles);
-    if (!is_in_bounds()) detect(search_.common_motion(motions()), 1);
+    if (outside() > 0) detect({0, 0, 0}, 1);
     kinematic_penetration_ = violations_at_end() > 0 || kinematic_penetration_;
   }
 
@@ -153,11 +154,12 @@ class SelfCollider {
   }
 
   /// Broad and narrow phase along the present motion: see PairSearch::search.
-  void detect(const Vector3<double>& frame_displacement, int ahead) {
-    search_.search(motions(), frame_displacement, ahead, contacts_);
+  void detect(const Vector3<double>& rest_motion, int ahead) {
+    search_.search(motions(), rest_motion, ahead, contacts_);
     narrow_phase();
   }
-  bool is_in_bounds() const { return search_.check_bounds(motions()).outside == 0; }
+  /// Number of particles outside of their swept bounds.
+  double outside() const { return search_.check_bounds(motions()).outside; }
 
   // Numbers of pairs that would intersect: see SelfContacts.
   int violations() {
@@ -169,11 +171,16 @@ class SelfCollider {
     return count.resolvable;
   }
 
-  /// Stores displacements that kinematic particles have changed. Truncated particles are at rest in the world then, and
-  /// so is the frame of a new broad phase.
+  /// Stores displacements that kinematic particles have changed. Those that leave their bounds are clamped to them, or
+  /// searched for where these are too many or kinematic.
   void apply_motion(const Particles<R>& particles) {
     trajectories_.store(particles), trajectories_.load(particles);
-    if (!is_in_bounds()) detect({0, 0, 0}, 1);
+    double left_bounds = outside();
+    if (left_bounds > 0 && left_bounds <= search_.most_clamped()) {
+      search_.clamp_to_bounds(motions(), particles.p);
+      left_bounds = outside();
+    }
+    if (left_bounds > 0) detect({0, 0, 0}, 1);
   }
   /// Truncates displacements until no pair would intersect. Particles of bodies whose momenta are restored move with
   /// the mean motion of these; others are at rest in the world. Returns whether any displacement was truncated.
@@ -227,11 +234,12 @@ bool SelfCollider<Executor, R>::resolve_intersections(const Particles<R>& partic
                                                       const KinematicOwners& owners) {
   kinematic_penetration_ = false;
   trajectories_.load(particles);
-  bool in_bounds = is_in_bounds();
-  if (!in_bounds) {  // a motion was larger than predicted: search along it, once
-    detect(search_.common_motion(motions()), search_.horizon());
-    in_bounds = is_in_bounds();
+  double left_bounds = outside();
+  if (left_bounds > search_.most_clamped_at_end()) {  // motions were larger than predicted: search along them, once
+    detect({0, 0, 0}, search_.horizon());
+    left_bounds = outside();
   }
+  const bool in_bounds = left_bounds == 0;
   int left = in_bounds ? violations() : 0;
   if (in_bounds && left == 0) return false;
   const CountFixed<R> fixed{particles.w, search_.takes_part()};
@@ -278,8 +286,7 @@ bool SelfCollider<Executor, R>::truncate(const Particles<R>& particles, MotionSt
     rest_motion = jam_.motion_of_truncated(motions(), states, trajectories_.max_rounding());
     Memory<Executor>::fill(states, count_ + 1, MotionState::Unchanged);
   }
-  // A truncated position may lie outside of a box that moves with the common motion. Then search along the paths of
-  // this substep.
+  // A truncated particle that moves with its body may leave its bounds. Then search along the paths of this substep.
   if (search_.check_bounds(motions(), rest_motion).outside_if_truncated > 0) {
     detect(rest_motion, 1);
     search_.invalidate();

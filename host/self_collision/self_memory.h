@@ -16,9 +16,7 @@ namespace malha {
 
 /// The last broad phase, whose start and paths are in SelfMemory.
 struct SearchMemory {
-  static constexpr std::int32_t kMaxAhead = 8;
-  Vector3<double> frame_offset{0, 0, 0},
-      frame_displacement{0, 0, 0};    // m: of the frame in which boxes rest, from the search to this substep, and in it
+  static constexpr std::int32_t kMaxAhead = 32;
   std::int32_t valid = 0;             // 1 if it is still valid
   std::int32_t age = 1, horizon = 1;  // substeps that it has served, and substeps that searches look ahead
   std::int32_t crosses = 0;           // 1 if searches leave out pairs around intersections of the start
@@ -79,8 +77,6 @@ void check(const SelfMemory<R>& memory, const std::string& file) {
   };
   for (const Vector3<double>& origin : memory.origin) check_vector("origin of parted positions", origin);
   for (const SearchMemory& search : memory.search) {
-    check_vector("frame of a search", search.frame_offset),
-        check_vector("frame of a search", search.frame_displacement);
     check_count("search that serves", search.valid, 0, 1), check_count("bodies that cross", search.crosses, 0, 1);
     check_count("substeps ahead of a search", search.horizon, 1, SearchMemory::kMaxAhead);
     check_count("substeps of a search", search.age, 1, std::numeric_limits<int>::max());

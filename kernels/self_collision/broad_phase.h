@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Broad phase of self-collision: the pairs (a particle and a triangle, or two edges) that can come nearer than their
-// minimum distance while every particle stays in its swept box.
+// minimum distance while every particle stays in its swept bounds.
 #pragma once
 #include "kernels/self_collision/cluster_bvh.h"
 #include "kernels/self_collision/contact_packing.h"

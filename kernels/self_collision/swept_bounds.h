@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Swept bounds of particles: boxes around their motion relative to the common (mean) one, and checks that particles
-// stay in the boxes of the last broad phase.
+// Swept bounds of particles: capsules around their paths, and checks that particles stay in those of the last broad
+// phase.
 #pragma once
 #include "kernels/geometry/simplex.h"
 #include "kernels/parallel/compute.h"
@@ -22,18 +22,6 @@ struct MeanMotion {
   KERNEL Vector3<double> value() const {
     const double per = weight > 0 ? 1 / weight : 0;
     return {sum[0] * per, sum[1] * per, sum[2] * per};
-  }
-};
-
-/// Sums the finite motions of particles that take part.
-template <class R>
-struct SumMotion {
-  ScatteredPoints<R> moved;
-  const unsigned char* takes_part;
-  KERNEL MeanMotion operator()(int i) const {
-    const Vector3<R> d = moved[i];
-    if (!takes_part[i] || !((d.x + d.y + d.z) * R(0) == R(0))) return {};
-    return {{double(d.x), double(d.y), double(d.z)}, 1.0};
   }
 };
 
@@ -60,14 +48,7 @@ struct ApplyDisplacements {
   }
 };
 
-/// The frame in which boxes are at rest: how far it moved from the broad phase to the start of the substep, and how far
-/// it moves in the substep, m.
-template <class R>
-struct CommonFrame {
-  Vector3<R> since, moves;
-};
-
-/// Number of particles that leave their boxes, and of those that would leave them if they were truncated.
+/// Number of particles that leave their bounds, and of those that would leave them if they were truncated.
 struct BoundsViolations {
   double outside = 0, outside_if_truncated = 0;
   KERNEL BoundsViolations& operator+=(const BoundsViolations& o) {
@@ -76,19 +57,27 @@ struct BoundsViolations {
   }
 };
 
-/// Swept box of a particle, relative to where it was at the broad phase.
+/// Swept bounds of a particle, relative to where it was at the broad phase: the points within a margin of its path.
 template <class R>
-struct BoxAround {
-  Vector3<R> low, high;
+struct Capsule {
+  Vector3<R> way;
+  R length2, margin;
   /// `share`: of the margin around the path.
-  KERNEL BoxAround(const SweptBounds<R>& bounds, int i, R share) {
-    const R beyond = share * bounds.from[i].w;
-    const Vector3<R> way = bounds.way[i].xyz();
-    low = {min(way.x, R(0)) - beyond, min(way.y, R(0)) - beyond, min(way.z, R(0)) - beyond};
-    high = {max(way.x, R(0)) + beyond, max(way.y, R(0)) + beyond, max(way.z, R(0)) + beyond};
+  KERNEL Capsule(const SweptBounds<R>& bounds, int i, R share)
+      : way(bounds.way[i].xyz()), length2(dot(way, way)), margin(share * bounds.from[i].w) {}
+  /// The point of the path that is nearest to a.
+  KERNEL Vector3<R> on_path(const Vector3<R>& a) const {
+    const R along = dot(a, way);
+    return way * (along > R(0) ? along < length2 ? along / length2 : R(1) : R(0));
   }
   KERNEL bool contains(const Vector3<R>& a) const {
-    return a.x >= low.x && a.x <= high.x && a.y >= low.y && a.y <= high.y && a.z >= low.z && a.z <= high.z;
+    const Vector3<R> apart = a - on_path(a);
+    return dot(apart, apart) <= margin * margin;
+  }
+  KERNEL Vector3<R> clamp(const Vector3<R>& a) const {
+    if (contains(a)) return a;
+    const Vector3<R> on = on_path(a), apart = a - on;
+    return on + apart * (margin / sqrt(dot(apart, apart)));
   }
 };
 
@@ -103,45 +92,38 @@ template <class R>
 struct CheckSweptBounds {
   Trajectories<R> motions;
   SweptBounds<R> bounds;
-  CommonFrame<R> frame;
   R share;  // of the margin
   const unsigned char* takes_part;
   Vector3<R> rest_motion{R(0), R(0), R(0)};  // motion of truncated particles, m
   KERNEL BoundsViolations operator()(int i) const {
-    const Vector3<R> own = motions.moved[i].xyz() - frame.moves;
-    if (!takes_part[i] || !((own.x + own.y + own.z) * R(0) == R(0))) return {};
-    const Vector3<R> start = motions.x0[i].xyz() - bounds.from[i].xyz() - frame.since;
-    const BoxAround<R> box(bounds, i, share), full(bounds, i, within_rounding<R>());
-    return {box.contains(start) && box.contains(start + own) ? 0.0 : 1.0,
-            full.contains(start - (frame.moves - rest_motion)) ? 0.0 : 1.0};
+    const Vector3<R> d = motions.moved[i].xyz();
+    if (!takes_part[i] || !((d.x + d.y + d.z) * R(0) == R(0))) return {};
+    const Vector3<R> start = motions.x0[i].xyz() - bounds.from[i].xyz();
+    const Capsule<R> within(bounds, i, share), whole(bounds, i, within_rounding<R>());
+    return {within.contains(start) && within.contains(start + d) ? 0.0 : 1.0,
+            whole.contains(start + rest_motion) ? 0.0 : 1.0};
   }
 };
 
-/// Clamps a particle to its swept box.
+/// Clamps a particle to its swept bounds.
 template <class R>
 struct ClampToSweptBounds {
   Trajectories<R> motions;
   SweptBounds<R> bounds;
-  CommonFrame<R> frame;
   Displaced<R> p;
   const unsigned char* takes_part;
   KERNEL void operator()(int i) const {
     const Vector3<R> d = motions.moved[i].xyz();
     if (!takes_part[i] || !(motions.moved[i].w > R(0)) || !((d.x + d.y + d.z) * R(0) == R(0))) return;
-    const Vector3<R> start = motions.x0[i].xyz() - bounds.from[i].xyz() - frame.since, to = start + d - frame.moves;
-    const BoxAround<R> box(bounds, i, within_rounding<R>() * within_rounding<R>());
-    const Vector3<R> kept{within(to.x, box.low.x, box.high.x), within(to.y, box.low.y, box.high.y),
-                          within(to.z, box.low.z, box.high.z)};
+    const Vector3<R> to = motions.x0[i].xyz() - bounds.from[i].xyz() + d;
+    const Vector3<R> kept = Capsule<R>(bounds, i, within_rounding<R>() * within_rounding<R>()).clamp(to);
     if (same(kept, to)) return;
     p.add_displacement(i, kept - to);
     motions.moved[i].set(p.displacement_from(i, motions.x0[i].xyz(), motions.origin));
   }
-
- private:
-  KERNEL static R within(R a, R low, R high) { return a < low ? low : a > high ? high : a; }
 };
 
-/// Parameters of the swept boxes.
+/// Parameters of the swept bounds.
 template <class R>
 struct BroadPhaseParams {
   R slack;         // m, margin around every path
@@ -154,19 +136,20 @@ struct BroadPhaseParams {
 template <class R>
 struct InitSweptBounds {
   Trajectories<R> motions;
-  Vector3<R> common;  // common motion in the substep, m
-  R ahead;            // substeps, at most
+  Vector3<R> rest_motion;  // of truncated particles, m, which stay in the bounds
+  R ahead;                 // substeps, at most
   BroadPhaseParams<R> rules;
   SweptBounds<R> bounds;
   KERNEL void operator()(int i) const {
     const Vector3<R> x0 = motions.x0[i].xyz();
-    Vector3<R> own = motions.moved[i].xyz() - common;
-    own = or_zero((own.x + own.y + own.z) * R(0) == R(0), own);
-    const R length = sqrt(dot(own, own)), fits = rules.far / length;  // infinite for length 0
+    Vector3<R> d = motions.moved[i].xyz();
+    d = or_zero((d.x + d.y + d.z) * R(0) == R(0), d);
+    const R length = sqrt(dot(d, d)), fits = rules.far / length;  // infinite for length 0
     const R substeps = fits < ahead ? max(fits, R(1)) : ahead;
-    const Vector3<R> way = own * substeps;
-    bounds.from[i] = {x0.x, x0.y, x0.z, rules.slack + rules.swerve * length};
+    const Vector3<R> way = d * substeps;
     bounds.way[i] = {way.x, way.y, way.z, R(0)};
+    const Vector3<R> beside = rest_motion - Capsule<R>(bounds, i, R(0)).on_path(rest_motion);
+    bounds.from[i] = {x0.x, x0.y, x0.z, rules.slack + rules.swerve * length + sqrt(dot(beside, beside))};
   }
 };
 

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Distances of pairs (a particle and a triangle, or two edges) in the broad phase: a lower bound while every particle
-// stays in its swept box, and the distance that the pair must keep.
+// stays in its swept bounds, and the distance that the pair must keep.
 #pragma once
 #include "kernels/geometry/closest_point.h"
 #include "kernels/simd/rows.h"
 
 namespace malha {
 
-/// Swept bounds of the particles in the frame of their common motion, from their positions at the broad phase.
+/// Swept bounds of the particles, from their positions at the broad phase: a capsule around the path of each.
 template <class R>
 struct SweptBounds {
   Vec4<R>* from;  // m; w: margin around the path, in every direction
@@ -38,7 +38,7 @@ struct PairIndices {
   const int* of[4];
 };
 
-/// Lower bound of the distance of as many pairs as a pack has lanes.
+/// Lower bound of the distance of as many pairs as a pack has lanes, wherever their particles are in their bounds.
 template <PairKind kind, class S, class R>
 KERNEL S min_swept_distance(const SweptBounds<R>& bounds, const PairIndices& at) {
   const S zero(R(0));
@@ -48,18 +48,15 @@ KERNEL S min_swept_distance(const SweptBounds<R>& bounds, const PairIndices& at)
   weigh<kind>(x, w);
   const Vector3<S> apart = closest_offset(x, w);
   const Vector3<S> n = apart * (S(R(1)) / sqrt(dot(apart, apart)));
-  const S diagonal = abs(n.x) + abs(n.y) + abs(n.z);
   // For any n, the sides come no nearer along it than this.
   S side[4], size2 = zero;
   for (int j = 0; j < 4; ++j) {
     Vector3<S> way;
     gather_rows(bounds.way, at.of[j], way, unused);
-    const Vector3<S> from = x[j] - x[0], along{n.x * way.x, n.y * way.y, n.z * way.z};
+    const Vector3<S> from = x[j] - x[0];
+    const S along = dot(n, way);
     size2 = max(size2, dot(from, from));
-    if (j < first_side(kind))
-      side[j] = dot(n, from) + min(along.x, zero) + min(along.y, zero) + min(along.z, zero) - margin[j] * diagonal;
-    else
-      side[j] = dot(n, from) + max(along.x, zero) + max(along.y, zero) + max(along.z, zero) + margin[j] * diagonal;
+    side[j] = dot(n, from) + (j < first_side(kind) ? min(along, zero) - margin[j] : max(along, zero) + margin[j]);
   }
   constexpr R kRounding = sizeof(R) == 4 ? R(2e-6) : R(1e-14);
   const S least = gap_along_normal<kind>(side) - S(kRounding) * sqrt(size2);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Final guard of a substep: displacements are truncated so that no pair of primitives intersects. At x0 none does.
-// Every pair that could come near is a candidate, because no particle leaves its swept box. A pair stays separated if a
-// plane of normal n is between its sides at the end as at the start: every particle moves along a line, so that an
+// Every pair that could come near is a candidate, because no particle leaves its swept bounds. A pair stays separated
+// if a plane of normal n is between its sides at the end as at the start: every particle moves along a line, so that an
 // interpolated plane separates the sides at every time between. If a pair violates this, the displacements of its
 // particles are truncated, each to its side's half of the gap. Pairs that this causes to violate are truncated next,
 // until none is left. This follows the truncation of Chen et al., "Offset Geometric Contact" (2025), with two changes:

@@ -112,7 +112,7 @@ void instantiate_all() {
               GatherUserParticles<R, Points<R>>, GatherUserParticles<R, Displaced<R>>, ScatterUserParticles<R>>();
   instantiate<ResolveContact<R>, ResolveContact<R, true>, ApplyRestitution<R>, ApplyRestitution<R, true>,
               CountContact<R>, InvalidateContacts<R>>();
-  instantiate<ComputeParticleBounds<R>, SumMotion<R>, CheckCandidateBounds<R>, InitCandidateSearch<R>,
+  instantiate<ComputeParticleBounds<R>, CheckCandidateBounds<R>, InitCandidateSearch<R>,
               CountOverlappingCandidates<R>>();
   instantiate<EstimateMassShares<R>, SplitMasses<R>, SolveContactsJacobi<R, ObjectFriction<R>>,
               SolveContactsJacobi<R, ObjectFriction<R, true>>, ApplyImpulses<R, TurnToWorld>, CountPushing<R>>();

@@ -137,7 +137,8 @@ TYPED_TEST(PairSearchOf, ATangleFindsAllThatCanComeNear) {
           const double part = trial == 0 ? 0 : trial == 1 ? 1 : random(0, 1);
           const auto& from = memory.from[i[j]];
           const auto& way = memory.way[i[j]];
-          const Vector3<double> beyond = random.in_cube(from[3]);
+          Vector3<double> beyond = random.in_cube(from[3]);
+          if (norm(beyond) > from[3]) beyond = beyond * (from[3] / norm(beyond));
           at[j] = Vector3<double>{from[0], from[1], from[2]} + Vector3<double>{way[0], way[1], way[2]} * part + beyond;
         }
         weigh<kind>(at, w);
