@@ -35,11 +35,14 @@ studies.require("scipy")
 import malha  # noqa: E402
 import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
-from scipy.integrate import solve_bvp, solve_ivp  # noqa: E402
+from scipy.integrate import solve_bvp  # noqa: E402
+from scipy.linalg import eigh  # noqa: E402
 from scipy.optimize import brentq  # noqa: E402
 from scipy.spatial import Delaunay  # noqa: E402
 
 G = 9.81  # m/s^2
+DENSITY = 0.1  # kg/m^2, of all sheets
+MESHES = ("grid", "irregular")
 PROTOCOLS = {}
 
 
@@ -65,6 +68,57 @@ def compare(study, *, method, mesh, cells, setting, at, value, reference, subste
     study.row(protocol=study.protocol, method=method, mesh=mesh, cells=cells, substeps=substeps, setting=setting, at=at,
               value=value, reference=reference, error=error, resolved=bool(resolved),
               within=error is not None and error <= PROTOCOLS[study.protocol].bar, note=note)
+
+
+def curve_chart(study, horizontal, vertical, at, curve, log=False):
+    """Two charts of the protocol that runs, side by side: what was measured beside the master curve, and its error.
+
+    horizontal, vertical: the axes' names. at: values of the parameter (N,) at which curve(value) is drawn. log: both axes
+    of the first chart are logarithmic. Of each method and mesh the finest is shown, with the protocol's own substeps.
+    """
+    figure, (left, right) = plt.subplots(1, 2, figsize=(13, 6.2))
+    left.plot(at, [curve(value) for value in at], color="black", label="master curve", zorder=1)
+    rows = [row for row in study.rows if row["protocol"] == study.protocol and row["resolved"] and row["value"] is not None]
+    substeps = rows[0]["substeps"] if rows else None
+    methods = list(dict.fromkeys(row["method"] for row in rows))
+    for number, method in enumerate(methods):
+        colour = studies.COLOURS[number % len(studies.COLOURS)]
+        for mesh, marker in zip(MESHES, "s^"):
+            own = [row for row in rows if (row["method"], row["mesh"]) == (method, mesh) and
+                   row["substeps"] in (substeps, None) or (row["method"], row["mesh"]) == (method, mesh) == ("tetrahedra", "grid")]
+            finest = {row["at"]: row for row in sorted(own, key=lambda row: row["cells"])}
+            if not finest:
+                continue
+            x, shown = sorted(finest), dict(color=colour, marker=marker, fillstyle="full" if mesh == "grid" else "none")
+            left.plot(x, [finest[one]["value"] for one in x], ls="none", markersize=7, **shown)
+            right.plot(x, [100 * (finest[one]["value"] / finest[one]["reference"] - 1) for one in x], lw=1, label=f"{method}, {mesh}",
+                       **shown)
+    bar = 100 * PROTOCOLS[study.protocol].bar
+    right.axhspan(-bar, bar, color="#2ca02c", alpha=0.12, lw=0)
+    right.set_yscale("symlog", linthresh=2 * bar)
+    right.yaxis.set_major_formatter(lambda value, _: f"{value:g} %")
+    left.set(xlabel=horizontal, ylabel=vertical), right.set(xlabel=horizontal, ylabel="error; shaded: passed")
+    if log:
+        left.set(xscale="log", yscale="log"), right.set(xscale="log")
+    left.legend(loc="best")
+    figure.legend(*right.get_legend_handles_labels(), loc="center right", fontsize=10)
+    figure.subplots_adjust(left=0.07, right=0.78, top=0.95, bottom=0.16, wspace=0.3)
+    section(study, figure)
+
+
+def section(study, figure=None):
+    """Adds the section of the protocol that runs: what it is, its verdicts in words, all its rows, and the figure."""
+    rows = [row for row in study.rows if row["protocol"] == study.protocol]
+    sentences = [f"{PROTOCOLS[study.protocol].what[0].upper()}{PROTOCOLS[study.protocol].what[1:]}."]
+    for method in dict.fromkeys(row["method"] for row in rows):
+        own = [row for row in rows if row["method"] == method and row["resolved"]]
+        failed = [row for row in own if not row["within"]]
+        worst = max((row["error"] for row in own if row["error"] is not None), default=0)
+        sentences.append(f"{method[0].upper()}{method[1:]}: {len(own) - len(failed)} of {len(own)} values are within "
+                         f"{100 * PROTOCOLS[study.protocol].bar:g} %, the largest error is {studies.text(100 * worst)} %.")
+    columns = ["method", "mesh", "cells", "substeps", "setting", "at", "value", "reference", "error", "resolved", "within", "note"]
+    study.section(study.protocol, sentences, columns, [[row[key] for key in columns] for row in rows],
+                  (study.protocol.replace(" ", "_"), figure) if figure else None)
 
 
 # ---- Bodies ----------------------------------------------------------------------------------------------------------
@@ -99,27 +153,27 @@ def strip(length, width, along, across, mesh, clamp=1, seed=1):
     return points.reshape(-1, 3), faces, list(range((clamp + 1) * n)), list(range(count - n, count))
 
 
-def relax(simulation, size, tolerance=1e-5, most=3000):
+def relax(simulation, size, period, tolerance=2e-5, most=20):
     """Steps to rest by kinetic damping: wherever the kinetic energy has a maximum, all velocities become 0.
 
-    size: a length of the body (m). It rests when no particle has moved by more than `tolerance` of it between two such
-    maxima, twice. Returns whether it does after at most `most` steps.
+    size: a length of the body (m). period: of its slowest oscillation (s). It rests when no particle has moved by more
+    than `tolerance` of the size in half a period. Returns whether it does within `most` periods.
     """
-    before, last, calm = simulation.positions, 0.0, 0
-    while simulation.steps < most:
-        simulation.step(2)
+    before, last, checked = simulation.positions, 0.0, simulation.time
+    end = simulation.time + most * period
+    while simulation.time < end:
+        simulation.step()
         energy = np.sum(simulation.velocities**2)
         if not np.isfinite(energy):
             return False
-        if energy >= last:
-            last = energy
-            continue
-        simulation.velocities = np.zeros_like(before)
-        now, last = simulation.positions, 0.0
-        calm = calm + 1 if np.abs(now - before).max() < tolerance * size else 0
-        before = now
-        if calm == 2:
-            return True
+        if energy < last:
+            simulation.velocities = np.zeros_like(before)
+        last = energy if energy >= last else 0.0
+        if simulation.time - checked > period / 2:
+            now = simulation.positions
+            if np.abs(now - before).max() < tolerance * size:
+                return True
+            before, checked = now, simulation.time
     return False
 
 
@@ -143,13 +197,20 @@ METHODS = {
 }
 
 
-def sheet(points, faces, method, *, D, Y, density, pins, substeps, gravity=(0, -G, 0), **body):
-    """The scene of a sheet by one of METHODS. D (N m), Y (N/m), density (kg/m^2); further keys are the body's."""
+def sheet(points, faces, method, *, D, Y, density, pins, substeps, iterations=1, gravity=(0, -G, 0)):
+    """The scene of a sheet by one of METHODS. D (N m), Y (N/m), density (kg/m^2)."""
     constraints, solver = METHODS[method](D, Y)
+    if solver["type"] == "pbd":
+        solver["iterations"] = iterations
     if len(faces[0]) == 3:  # triangles have no diagonals
         constraints = [{**one, "elements": ["edges"]} if one["type"] == "distance" else one for one in constraints]
     return {"name": "sheet", "duration": 1, "gravity": list(gravity), "solver": solver | {"substeps": substeps},
-            "bodies": [malha.body(points, faces, density=density, pins=pins, constraints=constraints, **body)]}
+            "bodies": [malha.body(points, faces, density=density, pins=pins, constraints=constraints)]}
+
+
+def period(D, density=1.0):
+    """The period (s) of the slowest oscillation of a clamped strip of 1 m, of D (N m) and density (kg/m^2)."""
+    return 2 * np.pi / (3.516 * np.sqrt(D / density))
 
 
 # ---- Cantilever ------------------------------------------------------------------------------------------------------
@@ -179,26 +240,308 @@ def heavy_elastica(gamma):
 
 def drop_over_reach(study, method, mesh, cells, substeps, gamma):
     points, faces, clamped, end = strip(1, 0.25, cells, cells // 4, mesh)
-    D, density = 0.1 * G / gamma, 0.1
-    scene = sheet(points, faces, method, D=D, Y=1e5 * D, density=density, pins=clamped, substeps=substeps)
-    simulation = malha.Simulation(scene, threads=study.threads)
-    if not relax(simulation, 1):
-        return None
+    D = DENSITY * G / gamma
+    simulation = malha.Simulation(sheet(points, faces, method, D=D, Y=1e5 * D, density=DENSITY, pins=clamped,
+                                        substeps=substeps), threads=study.threads)
+    rests = relax(simulation, 1, period(max(D, DENSITY * G / 50), DENSITY))
     tip = simulation.positions[end].mean(axis=0)
-    return -tip[1] / tip[0]
+    return [-tip[1] / tip[0], rests]
+
+
+def solid_drop_over_reach(study, cells, gamma):
+    """The cantilever of tetrahedra: a beam as thick as a tenth of its length."""
+    thick, cell, D = 0.1, 1 / cells, DENSITY * G / gamma
+    beam = {"name": "beam", "density": DENSITY / thick, "pins": [{"box": {"min": [-1, -1, -1], "max": [1e-9, 1, 1]}}],
+            "shape": {"tet_box": {"size": [1 + cell, thick, thick], "cells": [cells + 1] + 2 * [round(cells * thick)]}},
+            "transform": {"translate": [(1 - cell) / 2, 0, 0]},
+            "constraints": [{"type": "neo_hookean", "young_modulus": 12 * D / thick**3, "poisson_ratio": 0}]}
+    simulation = malha.Simulation({"name": "beam", "duration": 1, "gravity": [0, -G, 0], "bodies": [beam],
+                                   "solver": _pbd("auto") | {"substeps": 100}}, threads=study.threads)
+    end = simulation.positions[:, 0] > 1 - cell / 2
+    rests = relax(simulation, 1, period(D, DENSITY), most=4)
+    tip = simulation.positions[end].mean(axis=0)
+    return [-tip[1] / tip[0], rests]
 
 
 @protocol("cantilever", "a clamped strip that bends under its weight: drop over reach of its end, over Gamma = density g L^3 / D")
 def cantilever(study):
-    for mesh in ("grid", "irregular"):
+    def case(method, mesh, cells, substeps, gamma, measured):
+        value, rests = study.cell(f"cantilever, {method}, {mesh}, {cells} cells, {substeps} substeps, Gamma {gamma}", measured)
+        compare(study, method=method, mesh=mesh, cells=cells, substeps=substeps, setting="Gamma", at=gamma, value=value,
+                reference=heavy_elastica(gamma), resolved=cells / np.sqrt(gamma) >= 2, note="" if rests else "not at rest")
+
+    for mesh in MESHES:
         for method in METHODS:
-            for cells in (24,) if study.quick else (24, 48):
-                for gamma in (1, 100) if study.quick else (0.1, 1, 10, 100, 1000):
-                    value = study.cell(f"cantilever, {method}, {mesh}, {cells} cells, 20 substeps, Gamma {gamma}",
-                                       lambda: drop_over_reach(study, method, mesh, cells, 20, gamma))
-                    compare(study, method=method, mesh=mesh, cells=cells, substeps=20, setting="Gamma", at=gamma,
-                            value=value, reference=heavy_elastica(gamma), resolved=cells / np.sqrt(gamma) >= 2,
-                            note="" if value is not None else "does not come to rest")
+            slow = method == "Desbrun"  # 20 s for each of the softer strips
+            for cells in (24,) if study.quick or slow else (24, 48, 96) if method == "plate, filtered" else (24, 48):
+                for gamma in (1, 100) if study.quick and not slow else (1, 10) if slow else (0.1, 1, 10, 100, 1000):
+                    case(method, mesh, cells, 20, gamma, lambda: drop_over_reach(study, method, mesh, cells, 20, gamma))
+    for substeps in () if study.quick else (5, 10, 40, 80):
+        for method in ("hinges, projected", "hinges, filtered", "plate, filtered"):
+            for gamma in (1, 100):
+                case(method, "grid", 24, substeps, gamma, lambda: drop_over_reach(study, method, "grid", 24, substeps, gamma))
+    for cells in (20,) if study.quick else (20, 40):
+        for gamma in (1,) if study.quick else (1, 10):
+            case("tetrahedra", "grid", cells, 100, gamma, lambda: solid_drop_over_reach(study, cells, gamma))
+    curve_chart(study, "Gamma = density g L^3 / D", "drop over reach", np.geomspace(0.1, 1000, 60), heavy_elastica, log=True)
+
+
+# ---- Bend and twist --------------------------------------------------------------------------------------------------
+
+
+@functools.lru_cache(None)
+def sag_of_ribbon(curl, gamma, width, inextensible=False):
+    """Drop of the end, over L, of a ribbon that is curved at rest by the angle `curl` (rad) about an axis across it,
+    clamped, and that hangs with its weight along that axis, so that it can only sag by twisting.
+
+    gamma: density g L^3 / D. width over L. Kirchhoff's equations of a ribbon that does not bend in its own plane, with
+    the directors t, n, b (t' = k n, n' = -k t + tau b, b' = -tau n), Poisson's ratio 0 and the energy per width and D of
+    ((k - curl)^2 + 2 tau^2 + width^2 / 12 tau'^2) / 2. Its last term is the warping of a plate, which the clamp
+    hinders; inextensible adds Sadowsky's term (tau^2 / k)^2 / 2, the curvature across that a developable surface must
+    have, where a sheet that may stretch remains straight across.
+    """
+    s, warp = np.unique(np.concatenate([np.linspace(0, 1, 101), np.linspace(0, width, 41)])), width**2 / 12
+    angle = curl * s
+    # The rows are the downward components of t, n and b; k, tau, tau', the torque T and the moment in the plane.
+    y = np.stack([0 * s, 0 * s, 1 + 0 * s, curl + 0 * s, 0 * s, 0 * s, 0 * s, 0 * s])
+    for load in np.linspace(gamma / 6, gamma, 6):
+        def slope(s, y):
+            t, n, b, k, tau, dtau, T, m = y
+            dM, dT = -m * tau - load * (1 - s) * n, m * k
+            if inextensible:
+                M, dk = k - curl - tau**4 / k**3, (dM + 4 * tau**3 / k**3 * dtau) / (1 + 3 * tau**4 / k**4)
+                stiff = 2 * tau + 2 * tau**3 / k**2
+            else:
+                M, dk, stiff = k - curl, dM, 2 * tau
+            return np.stack([k * n, -k * t + tau * b, -tau * n, dk, dtau, (stiff - T) / warp, dT,
+                             M * tau - T * k + load * (1 - s) * b])
+
+        found = solve_bvp(slope, lambda a, b: np.array([a[0], a[1], a[2] - 1, a[4], b[3] - curl, b[5], b[6], b[7]]), s, y,
+                          tol=1e-6, max_nodes=20000)
+        if not found.success:
+            raise RuntimeError(f"the ribbon of curl {curl} and gamma {load}: {found.message}")
+        s, y = found.x, found.y
+    nodes, weights = np.polynomial.legendre.leggauss(200)
+    return float(np.sum(weights * found.sol((nodes + 1) / 2)[0]) / 2)
+
+
+def sag(study, method, mesh, cells, substeps, curl, gamma, width=0.1):
+    points, faces, clamped, end = strip(1, width, cells, max(2, round(cells * width)), mesh)
+    angle = points[:, 0] * curl
+    start = np.stack([np.sin(angle) / curl, (1 - np.cos(angle)) / curl, points[:, 2]], axis=1)
+    D = DENSITY * G / gamma
+    simulation = malha.Simulation(sheet(start, faces, method, D=D, Y=1e5 * D, density=DENSITY, pins=clamped,
+                                        substeps=substeps, iterations=4, gravity=(0, 0, -G)), threads=study.threads)
+    rests = relax(simulation, 1, period(D, DENSITY), tolerance=5e-6)
+    return [(start - simulation.positions)[end, 2].mean(), rests]
+
+
+@protocol("bend and twist", "a ribbon that is curved at rest and can only sag by twisting: the drop of its end, over Gamma")
+def bend_and_twist(study):
+    width = 0.1
+    for mesh in MESHES:
+        for method in METHODS:
+            if method == "Desbrun" and study.quick:
+                continue
+            for cells in (30,) if study.quick or method == "Desbrun" else (30, 60):
+                for curl, gammas in CURLS.items():
+                    for gamma in gammas[1:2] if study.quick else gammas:
+                        value, rests = study.cell(
+                            f"bend and twist, {method}, {mesh}, {cells} cells, 80 substeps, curl {curl} pi, Gamma {gamma}",
+                            lambda: sag(study, method, mesh, cells, 80, curl * np.pi, gamma))
+                        right, other = (sag_of_ribbon(curl * np.pi, gamma, width, flag) for flag in (False, True))
+                        compare(study, method=method, mesh=mesh, cells=cells, substeps=80, setting=f"curl {curl} pi, Gamma",
+                                at=gamma, value=value, reference=right, resolved=abs(other / right - 1) < 0.02,
+                                note="" if rests else "not at rest")
+
+
+CURLS = {0.5: (1, 3, 10), 1: (1, 3, 10), 2: (3, 10, 30)}
+
+
+# ---- Lateral buckling ------------------------------------------------------------------------------------------------
+
+
+@functools.lru_cache(None)
+def buckling_load(depth, poisson=0.0, along=12, across=8):
+    """Gamma = density g L^3 / D at which a plate that is clamped at one side, with its depth vertical, buckles laterally.
+
+    depth: over L. Ritz's method with Legendre's polynomials: the plane stress under the plate's weight, and Kirchhoff's
+    plate with that stress. As the depth goes to 0 it is the beam of Timoshenko and Gere, "Theory of elastic stability",
+    section 6.3, under its weight: 12.85 sqrt(B C / D^2) with the rigidities of bending, B = (1 - poisson^2) D, and of
+    torsion, C = 2 (1 - poisson) D, for each unit of depth.
+    """
+    line, lines = np.polynomial.legendre.leggauss(30)
+    x, y, weights = (line + 1) / 2, line, np.outer(lines / 2, lines * depth / 2).ravel()
+    polynomial = np.polynomial.Polynomial
+
+    def powers(first, count, places, domain, factor):
+        """x^first times Legendre's polynomials, with two derivatives."""
+        basis = [polynomial([0] * first + [1]) * np.polynomial.legendre.Legendre.basis(i, domain=domain).convert(kind=polynomial)
+                 for i in range(count)]
+        return [factor**d * np.array([(p.deriv(d) if d else p)(places) for p in basis]) for d in range(3)]
+
+    def products(first):
+        a, b = powers(first, along, x, [0, 1], 1), powers(0, across, y, [-1, 1], 2 / depth)
+        return lambda i, j: np.einsum("ia,jb->ijab", a[i], b[j]).reshape(along * across, -1)
+
+    plane = products(1)
+    ux, uy, none = plane(1, 0), plane(0, 1), np.zeros((along * across, weights.size))
+    ex, ey, shear = np.vstack([ux, none]), np.vstack([none, uy]), np.vstack([uy, ux])
+    c = 1 / (1 - poisson**2)
+    stiffness = (c * ((ex * weights) @ ex.T + (ey * weights) @ ey.T + poisson * ((ex * weights) @ ey.T + (ey * weights) @ ex.T)) +
+                 (shear * weights) @ shear.T / (2 * (1 + poisson)))
+    weight = np.concatenate([np.zeros(along * across), -(plane(0, 0) * weights).sum(axis=1)])
+    moved = np.linalg.solve(stiffness, weight)
+    sx, sy, sxy = moved @ ex, moved @ ey, moved @ shear / (2 * (1 + poisson))
+    sx, sy = c * (sx + poisson * sy), c * (sy + poisson * sx)
+    bent = products(2)
+    xx, yy, xy, wx, wy = bent(2, 0), bent(0, 2), bent(1, 1), bent(1, 0), bent(0, 1)
+    bending = ((xx * weights) @ xx.T + (yy * weights) @ yy.T + 2 * (1 - poisson) * (xy * weights) @ xy.T +
+               poisson * ((xx * weights) @ yy.T + (yy * weights) @ xx.T))
+    stress = (wx * weights * sx) @ wx.T + (wy * weights * sy) @ wy.T + (wx * weights * sxy) @ wy.T + (wy * weights * sxy) @ wx.T
+    return 1 / eigh(-stress, bending, eigvals_only=True)[-1]
+
+
+def amplification(study, method, mesh, cells, depth, substeps, gamma):
+    """How much farther a plate is pushed sideways by a small force on it than it would be without its own weight."""
+    points, faces, clamped, end = strip(1, depth, cells, max(2, round(cells * depth)), mesh)
+    D, sideways = DENSITY * G / gamma, 1e-3
+    simulation = malha.Simulation(sheet(points, faces, method, D=D, Y=1e5 * D, density=DENSITY, pins=clamped, substeps=substeps,
+                                        iterations=10, gravity=(0, -sideways * G, -G)), threads=study.threads)
+    relax(simulation, 1, period(D, DENSITY), tolerance=5e-6)
+    return (points - simulation.positions)[end, 1].mean() / (sideways * gamma / 8)
+
+
+def measured_buckling_load(study, method, mesh, cells, depth, substeps):
+    """Where the inverse of the amplification, which is linear in Gamma^2 (Southwell's plot), is 0; None: nowhere."""
+    right, known, high, gamma = buckling_load(depth), [], np.inf, 0.6 * buckling_load(depth)
+    for _ in range(7):
+        by = amplification(study, method, mesh, cells, depth, substeps, gamma)
+        if not 0 < by < 15:  # it has buckled
+            high = gamma
+            gamma = 0.6 * gamma if not known else np.sqrt((known[-1][0] + gamma**2) / 2)
+            continue
+        known.append((gamma**2, 1 / by))
+        if len(known) > 1:
+            (a, fa), (b, fb) = known[-2:]
+            if fa <= fb or b > 50 * right**2:
+                return None
+            zero = b + fb * (b - a) / (fa - fb)
+            if fb < 0.35:
+                return np.sqrt(zero)
+            gamma = min(np.sqrt(b + 0.8 * (zero - b)), (gamma + high) / 2)
+        else:
+            gamma = min(1.3 * gamma, (gamma + high) / 2)
+    return None
+
+
+@protocol("lateral buckling", "a deep plate, clamped at one side, that buckles sideways under its weight: Gamma at which it does, "
+          "over its depth")
+def lateral_buckling(study):
+    for mesh in MESHES:
+        for method in METHODS:
+            if method == "Desbrun" and study.quick:
+                continue
+            for depth in (0.2,) if study.quick else (0.1, 0.2, 0.5):
+                for cells in (20,) if study.quick or depth > 0.3 or method == "Desbrun" else (20, 40):
+                    value = study.cell(f"lateral buckling, {method}, {mesh}, {cells} cells, depth {depth}, 20 substeps",
+                                       lambda: measured_buckling_load(study, method, mesh, cells, depth, 20))
+                    compare(study, method=method, mesh=mesh, cells=cells, substeps=20, setting="depth over L", at=depth,
+                            value=value, reference=buckling_load(depth), note="" if value else "no buckling load found")
+    curve_chart(study, "depth over length", "Gamma at which it buckles", np.linspace(0.05, 0.55, 26), buckling_load)
+
+
+# ---- Stick and slip --------------------------------------------------------------------------------------------------
+
+
+TANGENT = brentq(lambda k: np.tan(k) - k, 4.4, 4.6)  # of a strip that is clamped above and hinged below: P = 20.19 B / L^2
+
+
+def pinned_mode(s):
+    """The deflection of a clamped and hinged strip that buckles, and its slope."""
+    k = TANGENT
+    return np.sin(k * s) - k * np.cos(k * s) + k * (1 - s), k * np.cos(k * s) + k * k * np.sin(k * s) - k
+
+
+@functools.lru_cache(None)
+def force_ratio(gamma):
+    """The horizontal over the vertical force on the lower end of a vertical strip that is pressed onto the ground.
+
+    gamma: density g L^3 / D. The strip is clamped above; its lower end neither slips nor resists a turn. Solves
+    theta'' + (V - gamma (1 - s)) sin theta + H cos theta = 0, with theta(0) = theta'(1) = 0 and its lower end below the
+    clamp, for shares `pressed` of L by which the clamp is lowered. Returns these and |H| / V, up to where the strip's
+    end lies flat on the ground. The end slips where this exceeds the coefficient of friction (Sano, Yamaguchi, Wada, "Slip
+    morphology of elastic strips on frictional rigid substrates", 2017; the stick-slip protocol of Romero et al. 2021).
+    """
+    s = np.linspace(0, 1, 200)
+    deflection, slope = pinned_mode(s)
+    small = 0.002
+    factor = np.sqrt(2 * small / np.sum((slope[1:]**2 + slope[:-1]**2) / 2 * np.diff(s)))
+    theta = factor * slope
+    y = np.stack([theta, np.gradient(theta, s), factor * deflection, s * (1 - small)])
+    forces, found = [TANGENT**2 + gamma / 2, -factor * TANGENT**3], [(0.0, 0.0)]
+    for pressed in np.concatenate([[0.002, 0.004, 0.007], np.arange(0.01, 0.5, 0.01)]):
+        solved = solve_bvp(lambda s, y, p: np.stack([y[1], -(p[0] - gamma * (1 - s)) * np.sin(y[0]) - p[1] * np.cos(y[0]),
+                                                     np.sin(y[0]), np.cos(y[0])]),
+                           lambda a, b, p: np.array([a[0], a[2], a[3], b[1], b[2], b[3] - 1 + pressed]), s, y, p=forces,
+                           tol=1e-7, max_nodes=20000)
+        if not solved.success or np.abs(solved.y[0]).max() > np.pi / 2:
+            break
+        s, y, forces = solved.x, solved.y, solved.p
+        found.append((pressed, abs(forces[1] / forces[0])))
+    return np.array(found).T
+
+
+def pressed_at_slip(study, method, mesh, cells, substeps, friction, gamma, width=0.2):
+    """The share of L by which the clamp is lowered when the lower end has slipped by 0.002 L; None: it never does."""
+    points, faces, clamped, end = strip(1, width, cells, max(2, round(cells * width)), mesh)
+    D, start_pressed, end_pressed, seconds, thick = 0.01, 0.004, 0.34, 30.0, 0.005
+    s = np.clip(points[:, 0], 0, 1)
+    # It starts in the shape of the mode, because a straight strip would not know to which side to buckle.
+    fine = np.linspace(0, 1, 2001)
+    slope = pinned_mode(fine)[1]
+    factor = np.sqrt(2 * start_pressed / np.sum((slope[1:]**2 + slope[:-1]**2) / 2 * np.diff(fine)))
+    steps = np.sqrt(1 - (factor * (slope[1:] + slope[:-1]) / 2)**2) * np.diff(fine)
+    down = np.interp(s, fine, np.concatenate([[0], np.cumsum(steps)]))
+    flat = np.stack([0 * s, -points[:, 0], points[:, 2]], axis=1)
+    start = flat.copy()
+    start[s > 0, 0], start[s > 0, 1] = factor * pinned_mode(s[s > 0])[0], -down[s > 0]
+    start_pressed = 1 - down.max()
+    lower = {"particles": clamped, "motion": [
+        {"time": 0}, {"time": seconds, "translate": [0, start_pressed - end_pressed, 0]}]}
+    scene = sheet(flat, faces, method, D=D, Y=1e5 * D, density=DENSITY, pins=[lower], substeps=substeps,
+                  gravity=(0, -gamma * D / DENSITY, 0))
+    scene["environment"] = [{"name": "ground", "shape": {"plane": {}}, "friction": friction, "thickness": thick,
+                             "transform": {"translate": [0, start[:, 1].min() - thick, 0]}}]
+    swing = 15.4 * np.sqrt(D / DENSITY)  # 1/s, of a clamped and hinged strip; the drag is critical
+    scene["wind"] = {"velocity": [0, 0, 0], "drag": 2 * swing * DENSITY * width / len(points)}
+    simulation = malha.Simulation(scene, threads=study.threads)
+    simulation.positions = start
+    at = start[end, 0].mean()
+    while simulation.time < seconds:
+        simulation.step(6)
+        if abs(simulation.positions[end, 0].mean() - at) > 0.002:
+            return start_pressed + (end_pressed - start_pressed) * simulation.time / seconds
+    return None
+
+
+@protocol("stick and slip", "a vertical strip that is pressed onto the ground: the coefficient of friction at which its end slips, "
+          "over how far it is pressed", bar=0.1)
+def stick_and_slip(study):
+    for gamma in (0,) if study.quick else (0, 5):
+        pressed, ratio = force_ratio(gamma)
+        for mesh in MESHES:
+            for method in METHODS:
+                if method == "Desbrun" and study.quick:
+                    continue
+                for cells in (24,) if study.quick or gamma else (24, 48):
+                    for friction in (0.2,) if study.quick else (0.1, 0.15, 0.2, 0.25, 0.3):
+                        value = study.cell(
+                            f"stick and slip, {method}, {mesh}, {cells} cells, 20 substeps, friction {friction}, Gamma {gamma}",
+                            lambda: pressed_at_slip(study, method, mesh, cells, 20, friction, gamma))
+                        compare(study, method=method, mesh=mesh, cells=cells, substeps=20, setting=f"Gamma {gamma}, friction",
+                                at=friction, value=None if value is None else np.interp(value, pressed, ratio),
+                                reference=friction, note="never slips" if value is None else f"pressed by {value:.4f} L")
 
 
 # ---- The study -------------------------------------------------------------------------------------------------------
