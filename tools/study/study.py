@@ -85,8 +85,9 @@ class Study:
         """
         if key not in self._cells:
             self._show(key)
+            start = time.monotonic()
             value = json.loads(json.dumps(_plain(make())))
-            self._journal.write(json.dumps({"key": key, "value": value}) + "\n")
+            self._journal.write(json.dumps({"key": key, "value": value, "s": round(time.monotonic() - start, 2)}) + "\n")
             self._journal.flush()
             self._cells[key] = value
         return self._cells[key]

@@ -70,37 +70,44 @@ def compare(study, *, method, mesh, cells, setting, at, value, reference, subste
               within=error is not None and error <= PROTOCOLS[study.protocol].bar, note=note)
 
 
-def curve_chart(study, horizontal, vertical, at, curve, log=False):
-    """Two charts of the protocol that runs, side by side: what was measured beside the master curve, and its error.
+def curve_chart(study, horizontal, vertical, curves, log=False, place=lambda row: (row["at"], row["value"]), error_over=None):
+    """Two charts of the protocol that runs, side by side: what was measured beside master curves, and its error.
 
-    horizontal, vertical: the axes' names. at: values of the parameter (N,) at which curve(value) is drawn. log: both axes
-    of the first chart are logarithmic. Of each method and mesh the finest is shown, with the protocol's own substeps.
+    horizontal, vertical: the axes' names. curves: (label, x, y) of each master curve, with arrays (N,). log: the axes of
+    the first chart are logarithmic. place: where a row is shown there. error_over: the name of the parameter `at`, over
+    which the errors are shown, where it is not `horizontal`. Of each method and mesh the finest with the most usual number
+    of substeps is shown.
     """
     figure, (left, right) = plt.subplots(1, 2, figsize=(13, 6.2))
-    left.plot(at, [curve(value) for value in at], color="black", label="master curve", zorder=1)
-    rows = [row for row in study.rows if row["protocol"] == study.protocol and row["resolved"] and row["value"] is not None]
-    substeps = rows[0]["substeps"] if rows else None
-    methods = list(dict.fromkeys(row["method"] for row in rows))
-    for number, method in enumerate(methods):
-        colour = studies.COLOURS[number % len(studies.COLOURS)]
-        for mesh, marker in zip(MESHES, "s^"):
-            own = [row for row in rows if (row["method"], row["mesh"]) == (method, mesh) and
-                   row["substeps"] in (substeps, None) or (row["method"], row["mesh"]) == (method, mesh) == ("tetrahedra", "grid")]
-            finest = {row["at"]: row for row in sorted(own, key=lambda row: row["cells"])}
-            if not finest:
-                continue
-            x, shown = sorted(finest), dict(color=colour, marker=marker, fillstyle="full" if mesh == "grid" else "none")
-            left.plot(x, [finest[one]["value"] for one in x], ls="none", markersize=7, **shown)
-            right.plot(x, [100 * (finest[one]["value"] / finest[one]["reference"] - 1) for one in x], lw=1, label=f"{method}, {mesh}",
-                       **shown)
+    for (label, x, y), style in zip(curves, ("-", "--", ":", "-.")):
+        left.plot(x, y, color="black", ls=style, label=label, zorder=1)
+    groups = {}
+    for row in study.rows:
+        if row["protocol"] == study.protocol and row["value"] is not None:
+            groups.setdefault((row["method"], row["mesh"]), []).append(row)
+    methods = list(dict.fromkeys(method for method, _ in groups))
+    for (method, mesh), rows in groups.items():
+        used = [row["substeps"] for row in rows]
+        usual = max(used, key=used.count)
+        finest = {}
+        for row in sorted(rows, key=lambda row: row["cells"]):
+            if row["substeps"] == usual:
+                finest[row["setting"], row["at"]] = row
+        shown = dict(color=studies.COLOURS[methods.index(method) % len(studies.COLOURS)], ls="none", markersize=7,
+                     marker="s^"[MESHES.index(mesh)], fillstyle="full" if mesh == MESHES[0] else "none")
+        left.plot(*zip(*map(place, finest.values())), **shown)
+        counted = [row for row in finest.values() if row["resolved"]]
+        right.plot([row["at"] for row in counted], [100 * (row["value"] / row["reference"] - 1) for row in counted],
+                   label=f"{method}, {mesh}", **shown)
     bar = 100 * PROTOCOLS[study.protocol].bar
     right.axhspan(-bar, bar, color="#2ca02c", alpha=0.12, lw=0)
     right.set_yscale("symlog", linthresh=2 * bar)
     right.yaxis.set_major_formatter(lambda value, _: f"{value:g} %")
-    left.set(xlabel=horizontal, ylabel=vertical), right.set(xlabel=horizontal, ylabel="error; shaded: passed")
+    left.set(xlabel=horizontal, ylabel=vertical)
+    right.set(xlabel=error_over or horizontal, ylabel="error; shaded: passed")
     if log:
         left.set(xscale="log", yscale="log"), right.set(xscale="log")
-    left.legend(loc="best")
+    left.legend(loc="best", fontsize=10)
     figure.legend(*right.get_legend_handles_labels(), loc="center right", fontsize=10)
     figure.subplots_adjust(left=0.07, right=0.78, top=0.95, bottom=0.16, wspace=0.3)
     section(study, figure)
@@ -197,6 +204,11 @@ METHODS = {
 }
 
 
+def methods(study):
+    """The names of METHODS that the study measures."""
+    return ("hinges, filtered", "plate, filtered") if study.quick else tuple(METHODS)
+
+
 def sheet(points, faces, method, *, D, Y, density, pins, substeps, iterations=1, gravity=(0, -G, 0)):
     """The scene of a sheet by one of METHODS. D (N m), Y (N/m), density (kg/m^2)."""
     constraints, solver = METHODS[method](D, Y)
@@ -271,19 +283,21 @@ def cantilever(study):
                 reference=heavy_elastica(gamma), resolved=cells / np.sqrt(gamma) >= 2, note="" if rests else "not at rest")
 
     for mesh in MESHES:
-        for method in METHODS:
+        for method in methods(study):
             slow = method == "Desbrun"  # 20 s for each of the softer strips
-            for cells in (24,) if study.quick or slow else (24, 48, 96) if method == "plate, filtered" else (24, 48):
-                for gamma in (1, 100) if study.quick and not slow else (1, 10) if slow else (0.1, 1, 10, 100, 1000):
+            for cells in (12,) if study.quick else (24,) if slow else (24, 48, 96) if method == "plate, filtered" else (24, 48):
+                for gamma in (1, 10) if study.quick or slow else (0.1, 1, 10, 100, 1000):
                     case(method, mesh, cells, 20, gamma, lambda: drop_over_reach(study, method, mesh, cells, 20, gamma))
     for substeps in () if study.quick else (5, 10, 40, 80):
         for method in ("hinges, projected", "hinges, filtered", "plate, filtered"):
             for gamma in (1, 100):
                 case(method, "grid", 24, substeps, gamma, lambda: drop_over_reach(study, method, "grid", 24, substeps, gamma))
-    for cells in (20,) if study.quick else (20, 40):
-        for gamma in (1,) if study.quick else (1, 10):
+    for cells in () if study.quick else (20,):
+        for gamma in (1, 10):
             case("tetrahedra", "grid", cells, 100, gamma, lambda: solid_drop_over_reach(study, cells, gamma))
-    curve_chart(study, "Gamma = density g L^3 / D", "drop over reach", np.geomspace(0.1, 1000, 60), heavy_elastica, log=True)
+    gammas = np.geomspace(0.1, 1000, 60)
+    curve_chart(study, "Gamma = density g L^3 / D", "drop over reach",
+                [("heavy elastica", gammas, [heavy_elastica(gamma) for gamma in gammas])], log=True)
 
 
 # ---- Bend and twist --------------------------------------------------------------------------------------------------
@@ -340,12 +354,10 @@ def sag(study, method, mesh, cells, substeps, curl, gamma, width=0.1):
 def bend_and_twist(study):
     width = 0.1
     for mesh in MESHES:
-        for method in METHODS:
-            if method == "Desbrun" and study.quick:
-                continue
-            for cells in (30,) if study.quick or method == "Desbrun" else (30, 60):
+        for method in methods(study):
+            for cells in (20,) if study.quick else (30,) if method == "Desbrun" else (30, 60):
                 for curl, gammas in CURLS.items():
-                    for gamma in gammas[1:2] if study.quick else gammas:
+                    for gamma in gammas[1:2] if study.quick and curl == 1 else gammas if not study.quick else ():
                         value, rests = study.cell(
                             f"bend and twist, {method}, {mesh}, {cells} cells, 80 substeps, curl {curl} pi, Gamma {gamma}",
                             lambda: sag(study, method, mesh, cells, 80, curl * np.pi, gamma))
@@ -353,6 +365,10 @@ def bend_and_twist(study):
                         compare(study, method=method, mesh=mesh, cells=cells, substeps=80, setting=f"curl {curl} pi, Gamma",
                                 at=gamma, value=value, reference=right, resolved=abs(other / right - 1) < 0.02,
                                 note="" if rests else "not at rest")
+    loads = np.geomspace(0.8, 36, 16)
+    curve_chart(study, "Gamma = density g L^3 / D", "drop of the end over L",
+                [(f"curved by {curl:g} pi", loads, [sag_of_ribbon(curl * np.pi, load, width) for load in loads]) for curl in CURLS],
+                log=True)
 
 
 CURLS = {0.5: (1, 3, 10), 1: (1, 3, 10), 2: (3, 10, 30)}
@@ -439,16 +455,16 @@ def measured_buckling_load(study, method, mesh, cells, depth, substeps):
           "over its depth")
 def lateral_buckling(study):
     for mesh in MESHES:
-        for method in METHODS:
-            if method == "Desbrun" and study.quick:
-                continue
+        for method in methods(study):
             for depth in (0.2,) if study.quick else (0.1, 0.2, 0.5):
-                for cells in (20,) if study.quick or depth > 0.3 or method == "Desbrun" else (20, 40):
+                for cells in (10,) if study.quick else (20,) if depth > 0.3 or method == "Desbrun" else (20, 40):
                     value = study.cell(f"lateral buckling, {method}, {mesh}, {cells} cells, depth {depth}, 20 substeps",
                                        lambda: measured_buckling_load(study, method, mesh, cells, depth, 20))
                     compare(study, method=method, mesh=mesh, cells=cells, substeps=20, setting="depth over L", at=depth,
                             value=value, reference=buckling_load(depth), note="" if value else "no buckling load found")
-    curve_chart(study, "depth over length", "Gamma at which it buckles", np.linspace(0.05, 0.55, 26), buckling_load)
+    depths = np.linspace(0.05, 0.55, 26)
+    curve_chart(study, "depth over length", "Gamma at which it buckles",
+                [("Kirchhoff's plate, Ritz", depths, [buckling_load(depth) for depth in depths])])
 
 
 # ---- Stick and slip --------------------------------------------------------------------------------------------------
@@ -531,10 +547,8 @@ def stick_and_slip(study):
     for gamma in (0,) if study.quick else (0, 5):
         pressed, ratio = force_ratio(gamma)
         for mesh in MESHES:
-            for method in METHODS:
-                if method == "Desbrun" and study.quick:
-                    continue
-                for cells in (24,) if study.quick or gamma else (24, 48):
+            for method in methods(study):
+                for cells in (12,) if study.quick else (24,) if gamma else (24, 48):
                     for friction in (0.2,) if study.quick else (0.1, 0.15, 0.2, 0.25, 0.3):
                         value = study.cell(
                             f"stick and slip, {method}, {mesh}, {cells} cells, 20 substeps, friction {friction}, Gamma {gamma}",
@@ -542,6 +556,10 @@ def stick_and_slip(study):
                         compare(study, method=method, mesh=mesh, cells=cells, substeps=20, setting=f"Gamma {gamma}, friction",
                                 at=friction, value=None if value is None else np.interp(value, pressed, ratio),
                                 reference=friction, note="never slips" if value is None else f"pressed by {value:.4f} L")
+    curves = {gamma: force_ratio(gamma) for gamma in (0, 5)}
+    curve_chart(study, "pressed, as a share of L", "coefficient of friction; above the curve it sticks",
+                [(f"Gamma {gamma}", *curve) for gamma, curve in curves.items()], error_over="coefficient of friction",
+                place=lambda row: (np.interp(row["value"], *curves[int(row["setting"].split()[1][:-1])][::-1]), row["at"]))
 
 
 # ---- The study -------------------------------------------------------------------------------------------------------
