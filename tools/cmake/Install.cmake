@@ -26,6 +26,7 @@ if(MALHA_HAS_COMMAND)
 endif()
 if(MALHA_HAS_MEASURES)
   install(TARGETS malha_measures RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} OPTIONAL)  # if it was built
+  install(FILES ${study_scripts} DESTINATION "${CMAKE_INSTALL_DATAROOTDIR}/malha/study")
 endif()
 if(MALHA_HAS_WINDOW)
   install(TARGETS malha_view RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} OPTIONAL)

@@ -42,6 +42,11 @@ set_target_properties(malha_study PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SI
 target_link_libraries(malha_study PUBLIC malha malha_bench malha_reference nlohmann_json::nlohmann_json
                                   PRIVATE Eigen3::Eigen ${malha_openmp})
 
+# Studies in Python lie beside the program in a build and in a wheel.
+file(GLOB study_scripts CONFIGURE_DEPENDS "${PROJECT_SOURCE_DIR}/tools/study/*.py")
+set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${study_scripts})
+file(COPY ${study_scripts} DESTINATION "${PROJECT_BINARY_DIR}/study")
+
 file(GLOB measures_sources CONFIGURE_DEPENDS "${PROJECT_SOURCE_DIR}/tools/measures/*.cpp")
 add_executable(malha_measures ${measures_sources})
 target_link_libraries(malha_measures PRIVATE malha_command_line malha_bench malha_study)

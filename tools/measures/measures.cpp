@@ -71,11 +71,13 @@ void add_measures(CLI::App& app, Arguments& arguments) {
 
 int measure(const Arguments& arguments, const std::atomic<bool>& stop) {
   if (arguments.command == "tune") return tune(arguments, stop);
-  if (arguments.command == "bench")
+  if (arguments.command == "bench") {
     arguments.bench.run();
-  else if (!study::run(arguments.study, stop))
-    return kUnmet;
-  return kDone;
+    return kDone;
+  }
+  const std::vector<std::string> scripts = study::scripts(arguments.study);
+  if (!study::run(arguments.study, stop)) return kUnmet;
+  return scripts.empty() ? kDone : study::exec_script(scripts[0], arguments.study);
 }
 
 }  // namespace malha

@@ -111,6 +111,7 @@ def _lay_out(settings, folder):
     libraries.mkdir()
     extension = pathlib.Path(shutil.copy(built / f"_malha{SUFFIX}", folder))
     programs = [pathlib.Path(shutil.copy(built / name, libraries)) for name in ("malha", "malha_measures")]
+    shutil.copytree(built / "study", libraries / "study", ignore=shutil.ignore_patterns("__pycache__"))
     needed = {name: path for binary in (extension, *programs) for name, path in _libraries(binary).items()}
     for name, path in needed.items():
         shutil.copy(path, libraries / name)

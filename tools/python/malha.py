@@ -83,13 +83,18 @@ def _command():
 def _main():
     """The console script of a wheel: becomes the command."""
     command = _command()
-    _os.execv(command, [command, *_sys.argv[1:]])
+    _os.execve(command, [command, *_sys.argv[1:]], _environment())
+
+
+def _environment():
+    """The environment of the command, whose studies in Python run by this Python."""
+    return {**_os.environ, "MALHA_PYTHON": _sys.executable} if _sys.executable else dict(_os.environ)
 
 
 def _called(words, named):
     """Runs the command to its end. Raises what its exit status says; a file's path in a message becomes its name."""
     done = _subprocess.run([_command(), *map(str, words)], capture_output=True, text=True, check=False,
-                           stdin=_subprocess.DEVNULL)
+                           stdin=_subprocess.DEVNULL, env=_environment())
     said = done.stderr.strip()
     for path, name in named.items():
         said = said.replace(str(path), name)
@@ -125,7 +130,8 @@ def tune(scene, *, error, seconds=None, threads=0):
 
 @_briefly
 def study(name, *, quick=False, out=None):
-    """A study of methods, as by `malha study`: "accuracy", "stability", "scaling", "size", "parsimony", "published".
+    """A study of methods, as by `malha study`: "accuracy", "stability", "scaling", "size", "parsimony", "published",
+    "validation".
 
     quick: smaller cases and fewer points, which take seconds instead of minutes. out: the folder of the results;
     "out/study", or "out/study_quick", by default. An interrupted study goes on where the same folder is named.

@@ -18,6 +18,7 @@ const std::vector<Study>& studies() {
       {"scaling", "Speed-up by more threads, pass by pass, on the same body and on one that grows", run_scaling, true},
       {"parsimony", "Time, memory and kernel launches that each feature adds to a scene", run_parsimony},
       {"size", "Time, memory and set-up per particle, and errors, from 289 particles to 4 million", run_size},
+      {"validation", "malha against experiments, closed forms and boundary value problems of the literature", nullptr},
   };
   return all;
 }

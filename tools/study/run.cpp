@@ -141,8 +141,9 @@ bool run(const Options& options, const std::atomic<bool>& stop) {
                                                          : "out/study";
   std::vector<const Study*> chosen;
   for (const Study& study : studies())
-    if (std::find(options.names.begin(), options.names.end(), study.name) != options.names.end())
+    if (study.run && std::find(options.names.begin(), options.names.end(), study.name) != options.names.end())
       chosen.push_back(&study);
+  if (chosen.empty()) return true;
   for (const Study* study : chosen)
     if (!study->any_backend && !options.on.command_options().empty())
       malha::refuse("malha study " + study->name, "", "\"" + options.on.command_options().substr(1) + "\"",

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Studies: measurements of malha's methods, with charts. A study is a function that measures cells and reports what
-// they show; the registry lists all of them.
+// they show, or a script in Python; the registry lists all of them.
 #pragma once
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -62,8 +62,8 @@ struct Findings {
 struct Study {
   std::string name;
   std::string what;  // one sentence about its subject
-  Findings (*run)(Cells& cells);
-  bool any_backend = false;  // false: runs on the host only
+  Findings (*run)(Cells& cells);  // null: NAME.py measures and writes everything
+  bool any_backend = false;       // false: runs on the host only
 };
 
 /// All studies, in the order in which they run and are shown.
