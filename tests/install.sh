@@ -52,10 +52,19 @@ for file in doc/malha/LICENSE bash-completion/completions/malha zsh/site-functio
   fish/vendor_completions.d/malha.fish; do
   [[ -s $scratch/prefix/share/$file ]] || { echo "share/$file: is not installed"; exit 1; }
 done
-if [[ -e "$build/malha_measures" ]]; then "$scratch/prefix/bin/malha" bench --help >/dev/null; fi
+if [[ -e "$build/malha_measures" ]]; then
+  "$scratch/prefix/bin/malha" bench --help >/dev/null
+  # The command hands the installed script of a study in Python to the Python that is named.
+  said=$(MALHA_PYTHON=$(command -v echo) "$scratch/prefix/bin/malha" study validation --quick)
+  [[ "$said" == "$scratch/prefix/share/malha/study/validation.py --quick" ]] ||
+    { printf 'malha study validation: found "%s"; allowed: the installed script\n' "$said"; exit 1; }
+fi
 if [[ -n "$python" ]]; then
   PYTHONPATH=$scratch/prefix/$folder "$python" -c "
 import malha
 malha.Simulation('$root/scenes/ramp.json').step()
 assert malha._command() == '$scratch/prefix/bin/malha', malha._command()"
+  if [[ -e "$build/malha_measures" ]] && "$python" -c "import numpy, scipy, matplotlib" 2>/dev/null; then
+    PYTHONPATH=$scratch/prefix/$folder "$python" "$scratch/prefix/share/malha/study/validation.py" --help >/dev/null
+  fi
 fi

@@ -155,8 +155,8 @@ class Study:
         result = {"study": self.name, "what": self.what, "quick": self.quick, "command": command, "build": self.build,
                   "sections": self.sections, "rows": self.rows}
         for name, figure in self._figures.items():
-            figure.text(0.01, 0.012, caption(result), fontsize=8, color="#555555")
-            figure.subplots_adjust(bottom=max(0.15, figure.subplotpars.bottom))
+            figure.text(0.01, 0.075 / figure.get_figheight(), caption(result), fontsize=8, color="#555555")
+            figure.subplots_adjust(bottom=max(0.9 / figure.get_figheight(), figure.subplotpars.bottom))
             figure.savefig(self.out / f"{name}.svg", metadata={"Date": None})
             figure.savefig(self.out / f"{name}.png", dpi=145)
             plt.close(figure)
