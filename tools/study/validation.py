@@ -344,7 +344,7 @@ def sag_of_ribbon(curl, gamma, width, inextensible=False):
     return float(np.sum(weights * found.sol((nodes + 1) / 2)[0]) / 2)
 
 
-def sag(study, method, mesh, cells, substeps, curl, gamma, width=0.1):
+def sag(study, method, mesh, cells, substeps, curl, gamma, width):
     points, faces, clamped, end = strip(1, width, cells, max(2, round(cells * width)), mesh)
     angle = points[:, 0] * curl
     start = np.stack([np.sin(angle) / curl, (1 - np.cos(angle)) / curl, points[:, 2]], axis=1)
@@ -357,15 +357,15 @@ def sag(study, method, mesh, cells, substeps, curl, gamma, width=0.1):
 
 @protocol("bend and twist", "a ribbon that is curved at rest and can only sag by twisting: the drop of its end, over Gamma")
 def bend_and_twist(study):
-    width = 0.1
+    width = 0.2
     for mesh in MESHES:
         for method in methods(study):
-            for cells in (20,) if study.quick else (30, 60) if method in FILTERED else (30,):
+            for cells in (20,) if study.quick or method not in FILTERED else (20, 40):
                 for curl, gammas in {1: (3,)}.items() if study.quick else CURLS.items():
-                    for gamma in gammas if cells < 60 else gammas[1:]:
+                    for gamma in gammas:
                         value, rests = study.cell(
-                            f"bend and twist, {method}, {mesh}, {cells} cells, 80 substeps, curl {curl} pi, Gamma {gamma}",
-                            lambda: sag(study, method, mesh, cells, 80, curl * np.pi, gamma))
+                            f"bend and twist, {method}, {mesh}, {cells} cells, 80 substeps, width {width}, curl {curl} pi, Gamma {gamma}",
+                            lambda: sag(study, method, mesh, cells, 80, curl * np.pi, gamma, width))
                         right, other = (sag_of_ribbon(curl * np.pi, gamma, width, flag) for flag in (False, True))
                         compare(study, method=method, mesh=mesh, cells=cells, substeps=80, setting=f"curl {curl} pi, Gamma",
                                 at=gamma, value=value, reference=right, resolved=abs(other / right - 1) < 0.02,
@@ -376,7 +376,9 @@ def bend_and_twist(study):
                 log=True)
 
 
-CURLS = {0.5: (1, 3), 1: (1, 3), 2: (3, 10)}  # in pi; values of Gamma at which a sheet that may stretch sags as one that may not
+# In pi, with values of Gamma. A sheet that may stretch then sags as one that may not, within 2 %, and by twisting: a
+# straighter ribbon sags as far by what little it bends in its own plane.
+CURLS = {1: (1, 3), 1.5: (3,), 2: (3, 10)}
 
 
 # ---- Lateral buckling ------------------------------------------------------------------------------------------------
@@ -462,6 +464,8 @@ def lateral_buckling(study):
     for mesh in MESHES:
         for method in methods(study):
             for depth in (0.2,) if study.quick else (0.1, 0.2, 0.5):
+                if depth > 0.3 and method in ("hinges, projected", "Desbrun"):
+                    continue  # they take minutes
                 for cells in (10,) if study.quick else (20, 40) if depth == 0.2 and method in FILTERED else (20,):
                     value = study.cell(f"lateral buckling, {method}, {mesh}, {cells} cells, depth {depth}, 20 substeps",
                                        lambda: measured_buckling_load(study, method, mesh, cells, depth, 20))
