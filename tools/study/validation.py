@@ -586,7 +586,8 @@ def verdict(rows):
     """The verdict of rows of one protocol, method and mesh: their fields, the largest error and where it is."""
     worst = max(rows, key=lambda row: np.inf if row["error"] is None else row["error"])
     one = {key: ", ".join(dict.fromkeys(studies.text(row[key]) for row in rows)) for key in VERDICT[:5]}
-    error = worst["note"] or "none" if worst["error"] is None else f"{100 * worst['error']:.2g} %"
+    percent = None if worst["error"] is None else 100 * worst["error"]
+    error = worst["note"] or "none" if percent is None else f"{percent:.2g} %" if percent < 10 else f"{percent:.0f} %"
     return [*one.values(), "passed" if all(row["within"] for row in rows) else "failed", error,
             f"{worst['setting']} {studies.text(worst['at'])}"]
 
