@@ -75,8 +75,7 @@ def curve_chart(study, horizontal, vertical, curves, log=False, place=lambda row
 
     horizontal, vertical: the axes' names. curves: (label, x, y) of each master curve, with arrays (N,). log: the axes of
     the first chart are logarithmic. place: where a row is shown there. error_over: the name of the parameter `at`, over
-    which the errors are shown, where it is not `horizontal`. Of each method and mesh the finest with the most usual number
-    of substeps is shown.
+    which the errors are shown, where it is not `horizontal`. Each value is shown by the finest mesh and the most substeps.
     """
     figure, (left, right) = plt.subplots(1, 2, figsize=(13, 6.2))
     for (label, x, y), style in zip(curves, ("-", "--", ":", "-.")):
@@ -87,12 +86,9 @@ def curve_chart(study, horizontal, vertical, curves, log=False, place=lambda row
             groups.setdefault((row["method"], row["mesh"]), []).append(row)
     methods = list(dict.fromkeys(method for method, _ in groups))
     for (method, mesh), rows in groups.items():
-        used = [row["substeps"] for row in rows]
-        usual = max(used, key=used.count)
         finest = {}
-        for row in sorted(rows, key=lambda row: row["cells"]):
-            if row["substeps"] == usual:
-                finest[row["setting"], row["at"]] = row
+        for row in sorted(rows, key=lambda row: (row["cells"], row["substeps"] or 0)):
+            finest[row["setting"], row["at"]] = row
         shown = dict(color=studies.COLOURS[methods.index(method) % len(studies.COLOURS)], ls="none", markersize=7,
                      marker="s^"[MESHES.index(mesh)], fillstyle="full" if mesh == MESHES[0] else "none")
         left.plot(*zip(*map(place, finest.values())), **shown)
