@@ -81,7 +81,8 @@ void add_study(CLI::App& app, study::Options& options) {
       "Studies:\n" + list() +
       "\nResults. A study leaves NAME.csv, NAME.json and, if gnuplot is installed, charts NAME_*.svg and .png.\n"
       "index.html shows all studies of the folder on one page.\n\n"
-      "Python. validation is a script in Python, which needs numpy, scipy and matplotlib (tools/setup python). MALHA_PYTHON\n"
+      "Python. validation is a script in Python, which needs numpy, scipy and matplotlib (tools/setup python). "
+      "MALHA_PYTHON\n"
       "names the Python that runs it, if it is not the one for which malha's module was built. It takes no shares.\n\n"
       "Interrupted studies. A study consists of single measurements, its cells. Each is appended to NAME.cells.jsonl\n"
       "(NAME.quick.cells.jsonl with --quick) as soon as it is finished. If the study is stopped, by Ctrl-C or by a\n"

@@ -23,10 +23,11 @@ struct Options {
   std::vector<std::filesystem::path> merge;  // folders with journals of shares; empty: measure missing cells
 };
 
-/// Runs the chosen studies that are not scripts. Writes NAME.csv, NAME.json, NAME_*.svg and .png of each study, replays of some, and index.html with all studies of
-/// the folder; for a share only the journals. Returns false if merged shares lack cells; a message then goes to
-/// standard error and nothing is written. Throws Interrupted if `stop` is set, InputError from merged_shares() and for
-/// a study that does not run on the backend, and std::runtime_error if a file cannot be written.
+/// Runs the chosen studies that are not scripts. Writes NAME.csv, NAME.json, NAME_*.svg and .png of each study, replays
+/// of some, and index.html with all studies of the folder; for a share only the journals. Returns false if merged
+/// shares lack cells; a message then goes to standard error and nothing is written. Throws Interrupted if `stop` is
+/// set, InputError from merged_shares() and for a study that does not run on the backend, and std::runtime_error if a
+/// file cannot be written.
 bool run(const Options& options, const std::atomic<bool>& stop);
 
 /// The chosen studies that are scripts in Python. Throws InputError where one of them is asked for shares.

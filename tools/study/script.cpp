@@ -56,8 +56,8 @@ int exec_script(const std::string& name, const Options& options) {
   const fs::path here = fs::read_symlink("/proc/self/exe").parent_path(), prefix = here.parent_path();
   const fs::path folder = folder_with(name + ".py", {here / "study", prefix / "share/malha/study"});
   if (folder.empty()) {
-    std::cerr << "malha study " << name << ": found no " << name << ".py; allowed: in " << (here / "study").string() << " or "
-              << (prefix / "share/malha/study").string() << ", where a build and an installation put it\n";
+    std::cerr << "malha study " << name << ": found no " << name << ".py; allowed: in " << (here / "study").string()
+              << " or " << (prefix / "share/malha/study").string() << ", where a build and an installation put it\n";
     return kFailed;
   }
   std::vector<fs::path> modules{here, prefix};  // of a build; of a wheel

@@ -61,7 +61,7 @@ struct Findings {
 
 struct Study {
   std::string name;
-  std::string what;  // one sentence about its subject
+  std::string what;               // one sentence about its subject
   Findings (*run)(Cells& cells);  // null: NAME.py measures and writes everything
   bool any_backend = false;       // false: runs on the host only
 };
