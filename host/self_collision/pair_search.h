@@ -189,7 +189,7 @@ class PairSearch {
   static constexpr int kGrain = 8192;                               // particles
   static constexpr int kClusterGrain = 16, kClustersPerThread = 2;  // for refitting, and for finding pairs
   static constexpr double kFit = 0.5;  // of the margin of predicted motions: constraints may use the rest
-  static constexpr double kMostClamped = 0.001, kMostClampedAtEnd = 0.03;  // of the particles
+  static constexpr double kMostClamped = 0.001, kMostClampedAtEnd = 0.01;  // of the particles
 
   Executor executor_;
   BroadPhaseParams<R> rules_;

@@ -247,7 +247,11 @@ bool SelfCollider<Executor, R>::resolve_intersections(const Particles<R>& partic
   jam_.save_motion(particles, motions(), any_fixed || has_environment_contacts());
 
   const auto clamp_to_bounds = [&] { search_.clamp_to_bounds(motions(), particles.p); };
-  if (!in_bounds) clamp_to_bounds(), left = violations();
+  if (!in_bounds) {
+    clamp_to_bounds();
+    if (outside() > 0) detect({0, 0, 0}, 1);  // kinematic particles are not clamped
+    left = violations();
+  }
   for (int more = 0; left > 0 && budget_.projects && more < kMoreProjections; ++more) {
     project_contacts(particles);
     trajectories_.load(particles), clamp_to_bounds();

@@ -130,7 +130,9 @@ TYPED_TEST(PairSearchOf, ATangleFindsAllThatCanComeNear) {
       double w[4];
       for (int j = 0; j < 4; ++j) rest[j] = {tangle.x[i[j]][0], tangle.x[i[j]][1], tangle.x[i[j]][2]};
       weigh<kind>(rest, w);
-      const bool one_body = tangle.surface.body[i[0]] == tangle.surface.body[i[3]];
+      const auto same_body = [&](int a, int b) { return tangle.surface.body[i[a]] == tangle.surface.body[i[b]]; };
+      // An edge of the tangle may join two bodies, and either edge of a pair may come first.
+      const bool one_body = same_body(0, 3) || (kind == PairKind::Edges && same_body(1, 2));
       const double wanted = one_body ? std::min(kPairThickness, 0.5 * norm(closest_offset(rest, w))) : kPairThickness;
       for (int trial = 0; trial < 4; ++trial) {
         for (int j = 0; j < 4; ++j) {
