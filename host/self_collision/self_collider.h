@@ -235,7 +235,9 @@ bool SelfCollider<Executor, R>::resolve_intersections(const Particles<R>& partic
   kinematic_penetration_ = false;
   trajectories_.load(particles);
   double left_bounds = outside();
-  if (left_bounds > search_.most_clamped_at_end()) {  // motions were larger than predicted: search along them, once
+  // Where motions were larger than predicted, search along them, once. What objects have moved since the first call is
+  // not clamped: they would move it again.
+  if (left_bounds > (budget_.projects ? search_.most_clamped_at_end() : 0)) {
     detect({0, 0, 0}, search_.horizon());
     left_bounds = outside();
   }
