@@ -23,7 +23,7 @@ class PairSearch {
   PairSearch(const Executor& executor, const SelfSurface& surface, const std::vector<Vec3>& x, double thickness,
              const Vector3<double>& origin = {0, 0, 0}, bool crosses = false, const std::vector<Vec3>& at_rest = {})
       : executor_(executor),
-        rules_{R(0.2 * thickness), R(0.1), R(thickness), R(0.5 * thickness)},
+        rules_{R(0.2 * thickness), R(0.25), R(thickness), R(0.5 * thickness)},
         thickness_(R(thickness)),
         particles_(static_cast<int>(x.size())) {
     memory_.crosses = crosses ? 1 : 0;
