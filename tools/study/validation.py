@@ -72,6 +72,14 @@ def compare(study, *, method, mesh, cells, setting, at, value, reference, subste
               within=error is not None and error <= PROTOCOLS[study.protocol].bar, note=note)
 
 
+def finest_rows(rows):
+    """Of the rows of each quantity or value of a parameter the one by the finest mesh and the most substeps."""
+    best = {}
+    for row in sorted(rows, key=lambda row: (row["cells"], row["substeps"] or 0)):
+        best[row["setting"], row["at"]] = row
+    return list(best.values())
+
+
 def curve_chart(study, horizontal, vertical, curves, log=False, place=lambda row: (row["at"], row["value"]), error_over=None):
     """Two charts of the protocol that runs, side by side: what was measured beside master curves, and its error.
 
@@ -88,13 +96,11 @@ def curve_chart(study, horizontal, vertical, curves, log=False, place=lambda row
             groups.setdefault((row["method"], row["mesh"]), []).append(row)
     methods = list(dict.fromkeys(method for method, _ in groups))
     for (method, mesh), rows in groups.items():
-        finest = {}
-        for row in sorted(rows, key=lambda row: (row["cells"], row["substeps"] or 0)):
-            finest[row["setting"], row["at"]] = row
+        shown_rows = finest_rows(rows)
         shown = dict(color=studies.COLOURS[methods.index(method) % len(studies.COLOURS)], ls="none", markersize=7,
                      marker="s^"[MESHES.index(mesh)], fillstyle="full" if mesh == MESHES[0] else "none")
-        left.plot(*zip(*map(place, finest.values())), **shown)
-        counted = [row for row in finest.values() if row["resolved"]]
+        left.plot(*zip(*map(place, shown_rows)), **shown)
+        counted = [row for row in shown_rows if row["resolved"]]
         right.plot([row["at"] for row in counted], [100 * (row["value"] / row["reference"] - 1) for row in counted],
                    label=f"{method}, {mesh}", **shown)
     bar = 100 * PROTOCOLS[study.protocol].bar
@@ -129,6 +135,26 @@ def section(study, figure=None):
 # ---- Bodies ----------------------------------------------------------------------------------------------------------
 
 
+def quads(along, across):
+    """The quads of a grid of cells, whose points are numbered across first."""
+    n = across + 1
+    corner = (np.arange(along)[:, None] * n + np.arange(across)).ravel()
+    return np.stack([corner, corner + n, corner + n + 1, corner + 1], axis=1)
+
+
+def mixed_triangles(flat, random, least, aspect=1.0):
+    """Delaunay's triangles of points (N, 2), half of them turned over.
+
+    random: a generator. least: triangles of at most half of this area are left out: they lie between points of a straight
+    side. aspect: the first axis is stretched by it for the triangulation.
+    """
+    faces = Delaunay(flat * [aspect, 1]).simplices
+    faces = faces[np.abs(np.linalg.det(flat[faces[:, 1:]] - flat[faces[:, :1]])) > least]
+    turned = random.random(len(faces)) < 0.5
+    faces[turned] = faces[turned, ::-1]
+    return faces
+
+
 def strip(length, width, along, across, mesh, clamp=1, seed=1):
     """A flat strip in the plane y = 0, along x from 0 and along z from 0, with `clamp` further rows of cells at x < 0.
 
@@ -140,20 +166,13 @@ def strip(length, width, along, across, mesh, clamp=1, seed=1):
     x, z = np.meshgrid(np.arange(-clamp, along + 1) * cell, np.linspace(0, width, n), indexing="ij")
     points = np.stack([x, 0 * x, z], axis=-1)
     if mesh == "grid":
-        corner = (np.arange(along + clamp)[:, None] * n + np.arange(across)).ravel()
-        faces = np.stack([corner, corner + n, corner + n + 1, corner + 1], axis=1)
+        faces = quads(along + clamp, across)
     else:
         random = np.random.default_rng(seed)
         moved = random.uniform(-0.3, 0.3, x.shape + (2,)) * [cell, width / across]
         moved[:clamp + 1, :, 0] = moved[-1, :, 0] = moved[:, 0, 1] = moved[:, -1, 1] = 0
         points[..., ::2] += moved
-        flat = points.reshape(-1, 3)[:, ::2]
-        faces = Delaunay(flat).simplices
-        sides = flat[faces[:, 1:]] - flat[faces[:, :1]]
-        area = np.abs(sides[:, 0, 0] * sides[:, 1, 1] - sides[:, 0, 1] * sides[:, 1, 0]) / 2
-        faces = faces[area > 1e-6 * cell * width / across]  # Delaunay's triangles between points of a straight side
-        turned = random.random(len(faces)) < 0.5
-        faces[turned] = faces[turned, ::-1]
+        faces = mixed_triangles(points.reshape(-1, 3)[:, ::2], random, 2e-6 * cell * width / across)
     count = len(points.reshape(-1, 3))
     return points.reshape(-1, 3), faces, list(range((clamp + 1) * n)), list(range(count - n, count))
 
@@ -640,18 +659,11 @@ def square(along, across, mesh, place=lambda p: p, *, aspect=1.0, seed=1):
     """
     flat = np.stack(np.meshgrid(np.linspace(0, 1, along + 1), np.linspace(0, 1, across + 1), indexing="ij"), -1).reshape(-1, 2)
     if mesh == "grid":
-        n = across + 1
-        corner = (np.arange(along)[:, None] * n + np.arange(across)).ravel()
-        return place(flat), np.stack([corner, corner + n, corner + n + 1, corner + 1], axis=1), flat
+        return place(flat), quads(along, across), flat
     random = np.random.default_rng(seed)
     inside = ((flat > 1e-9) & (flat < 1 - 1e-9)).all(axis=1)
     flat[inside] += random.uniform(-0.3, 0.3, (inside.sum(), 2)) / [along, across]
-    faces = Delaunay(flat * [aspect, 1]).simplices
-    sides = flat[faces[:, 1:]] - flat[faces[:, :1]]
-    faces = faces[np.abs(np.linalg.det(sides)) > 1e-6 / along / across]
-    turned = random.random(len(faces)) < 0.5
-    faces[turned] = faces[turned, ::-1]
-    return place(flat), faces, flat
+    return place(flat), mixed_triangles(flat, random, 1e-6 / along / across, aspect), flat
 
 
 def solid(cells, mesh, place, seed=1):
@@ -1048,15 +1060,13 @@ def disc(rings, mesh, still=1, inner=0.0, seed=1):
         points.append(k / rings * np.stack([np.cos(angle), np.sin(angle)], axis=1))
     points = np.concatenate(points)
     rim = np.flatnonzero(np.hypot(*points.T) > 1 - (still - 0.5) / rings)
+    if mesh == "grid":
+        return points, Delaunay(points).simplices, rim
     random = np.random.default_rng(seed)
-    if mesh != "grid":
-        moved = np.hypot(*points.T) > inner + 0.01 / rings
-        moved[rim] = False
-        points[moved] += random.uniform(-0.3, 0.3, (moved.sum(), 2)) / rings
-    faces = Delaunay(points).simplices
-    turned = random.random(len(faces)) < (0.5 if mesh != "grid" else 0)
-    faces[turned] = faces[turned, ::-1]
-    return points, faces, rim
+    moved = np.hypot(*points.T) > inner + 0.01 / rings
+    moved[rim] = False
+    points[moved] += random.uniform(-0.3, 0.3, (moved.sum(), 2)) / rings
+    return points, mixed_triangles(points, random, 0), rim
 
 
 def lift(flat, y=0.0):
@@ -1997,13 +2007,7 @@ def counted(study, *keys):
 def finest(study):
     """One verdict for each protocol, method and mesh: each value of a parameter by the finest mesh, and by the most
     substeps, with which it was measured."""
-    table = []
-    for rows in counted(study, "protocol", "method", "mesh").values():
-        best = {}
-        for row in sorted(rows, key=lambda row: (row["cells"], row["substeps"] or 0)):
-            best[row["setting"], row["at"]] = row
-        table.append(verdict(list(best.values())))
-    return table
+    return [verdict(finest_rows(rows)) for rows in counted(study, "protocol", "method", "mesh").values()]
 
 
 def overview_chart(table):
