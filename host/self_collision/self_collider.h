@@ -160,6 +160,11 @@ class SelfCollider {
   }
   /// Number of particles outside of their swept bounds.
   double outside() const { return search_.check_bounds(motions()).outside; }
+  /// Clamps particles to their swept bounds. Kinematic ones stay where they are, and are searched for.
+  void keep_in_bounds(const Particles<R>& particles) {
+    search_.clamp_to_bounds(motions(), particles.p);
+    if (outside() > 0) detect({0, 0, 0}, 1);
+  }
 
   // Numbers of pairs that would intersect: see SelfContacts.
   int violations() {
@@ -171,16 +176,15 @@ class SelfCollider {
     return count.resolvable;
   }
 
-  /// Stores displacements that kinematic particles have changed. Those that leave their bounds are clamped to them, or
-  /// searched for where these are too many or kinematic.
+  /// Stores displacements that kinematic particles have changed. Particles that leave their bounds are kept in them, or
+  /// searched for where they are too many.
   void apply_motion(const Particles<R>& particles) {
     trajectories_.store(particles), trajectories_.load(particles);
-    double left_bounds = outside();
-    if (left_bounds > 0 && left_bounds <= search_.most_clamped()) {
-      search_.clamp_to_bounds(motions(), particles.p);
-      left_bounds = outside();
-    }
-    if (left_bounds > 0) detect({0, 0, 0}, 1);
+    const double left_bounds = outside();
+    if (left_bounds > search_.most_clamped())
+      detect({0, 0, 0}, 1);
+    else if (left_bounds > 0)
+      keep_in_bounds(particles);
   }
   /// Truncates displacements until no pair would intersect. Particles of bodies whose momenta are restored move with
   /// the mean motion of these; others are at rest in the world. Returns whether any displacement was truncated.
@@ -235,8 +239,8 @@ bool SelfCollider<Executor, R>::resolve_intersections(const Particles<R>& partic
   kinematic_penetration_ = false;
   trajectories_.load(particles);
   double left_bounds = outside();
-  // Where motions were larger than predicted, search along them, once. What objects have moved since the first call is
-  // not clamped: they would move it again.
+  // Motions that were larger than predicted are searched along, once. Particles that objects have moved since the first
+  // call are not clamped: the objects would move them again.
   if (left_bounds > (budget_.projects ? search_.most_clamped_at_end() : 0)) {
     detect({0, 0, 0}, search_.horizon());
     left_bounds = outside();
@@ -248,15 +252,10 @@ bool SelfCollider<Executor, R>::resolve_intersections(const Particles<R>& partic
   const bool any_fixed = parallel_reduce<Sum>(executor_, count_, fixed, kGrain).value != 0;
   jam_.save_motion(particles, motions(), any_fixed || has_environment_contacts());
 
-  const auto clamp_to_bounds = [&] { search_.clamp_to_bounds(motions(), particles.p); };
-  if (!in_bounds) {
-    clamp_to_bounds();
-    if (outside() > 0) detect({0, 0, 0}, 1);  // kinematic particles are not clamped
-    left = violations();
-  }
+  if (!in_bounds) keep_in_bounds(particles), left = violations();
   for (int more = 0; left > 0 && budget_.projects && more < kMoreProjections; ++more) {
     project_contacts(particles);
-    trajectories_.load(particles), clamp_to_bounds();
+    trajectories_.load(particles), search_.clamp_to_bounds(motions(), particles.p);
     left = violations();
   }
   budget_.projects = false;

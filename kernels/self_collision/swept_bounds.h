@@ -10,21 +10,6 @@
 
 namespace malha {
 
-/// Weighted mean of motions.
-struct MeanMotion {
-  double sum[3] = {}, weight = 0;
-  KERNEL MeanMotion& operator+=(const MeanMotion& o) {
-    for (int k = 0; k < 3; ++k) sum[k] += o.sum[k];
-    weight += o.weight;
-    return *this;
-  }
-  /// The mean; 0 without any motion.
-  KERNEL Vector3<double> value() const {
-    const double per = weight > 0 ? 1 / weight : 0;
-    return {sum[0] * per, sum[1] * per, sum[2] * per};
-  }
-};
-
 /// moved = p - x0, and the inverse mass.
 template <class R>
 struct ComputeDisplacements {
