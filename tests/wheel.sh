@@ -37,7 +37,7 @@ folder = pathlib.Path(malha.__file__).parent
 assert folder.is_relative_to(sys.prefix), folder
 libraries = folder / "malha.libs"
 everywhere = ("linux-vdso", "ld-linux", "libc.", "libm.", "libdl.", "librt.", "libpthread.", "libstdc++.", "libgcc_s.", "libz.")
-for binary in (*folder.glob("_malha*.so"), *libraries.iterdir()):
+for binary in (*folder.glob("_malha*.so"), *filter(pathlib.Path.is_file, libraries.iterdir())):
     for line in subprocess.run(["ldd", binary], capture_output=True, text=True, check=True).stdout.splitlines():
         name = line.split()[0].rsplit("/", 1)[-1]
         assert name.startswith(everywhere) or str(libraries) in line, (binary.name, line)

