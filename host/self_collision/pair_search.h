@@ -38,6 +38,8 @@ class PairSearch {
     rest_ = Rows(rest), from_ = Rows(x.size() + 1, Vec4<R>{}), way_ = Rows(x.size() + 1, Vec4<R>{});
     boxes_ = Array<Executor, Box<R>>(x.size(), Box<R>{});
     takes_part_ = Array<Executor, unsigned char>(surface.takes_part);
+    violations_ = Array<Executor, BoundsViolations>(
+        (x.size() + CheckSweptBounds<R>::kGroup - 1) / CheckSweptBounds<R>::kGroup, BoundsViolations{});
     if (surface.sewn.list.empty()) return;
     std::vector<int> list = surface.sewn.list;
     for (int& i : list) i *= kIndexScale<R>;
@@ -53,9 +55,12 @@ class PairSearch {
 
   /// Once a substep, with its predicted motions: searches if the last search is not valid for them.
   void update(const Trajectories<R>& motions, Contacts& contacts) {
-    if (memory_.valid && check_bounds(motions, {0, 0, 0}, kFit).outside <= most_clamped()) {
-      ++memory_.age;
-      return;
+    if (memory_.valid) {
+      const BoundsViolations found = check_bounds(motions);
+      if (found.outside <= most_clamped() && found.tight <= kMostTight * particles_) {
+        ++memory_.age;
+        return;
+      }
     }
     // Look ahead as far as the last search served, or farther if it served to its horizon.
     memory_.horizon =
@@ -74,12 +79,14 @@ class PairSearch {
   /// The next substep searches anew.
   void invalidate() { memory_.valid = 0; }
 
-  /// Checks that particles stay in their swept bounds. `rest_motion`: of truncated particles, m. `share`: of the
-  /// margins.
-  BoundsViolations check_bounds(const Trajectories<R>& motions, const Vector3<double>& rest_motion = {0, 0, 0},
-                                double share = within_rounding<R>()) const {
-    const CheckSweptBounds<R> check{motions, swept_bounds(), R(share), takes_part_.data(), rounded<R>(rest_motion)};
-    return parallel_reduce<BoundsViolations>(executor_, particles_, check, kGrain);
+  /// Checks that particles stay in their swept bounds. `rest_motion`: of truncated particles, m.
+  BoundsViolations check_bounds(const Trajectories<R>& motions, const Vector3<double>& rest_motion = {0, 0, 0}) const {
+    const int groups = static_cast<int>(violations_.size());
+    const CheckSweptBounds<R> check{motions,    swept_bounds(),    R(kFit), takes_part_.data(), rounded<R>(rest_motion),
+                                    particles_, violations_.data()};
+    parallel_region(executor_, particles_ > kGrain ? groups : 1,
+                    [&](const auto& team) { parallel_groups(team, 0, groups, {}, check); });
+    return parallel_reduce<BoundsViolations>(executor_, groups, ReadViolations{violations_.data()});
   }
   /// So many particles that leave their swept bounds are clamped to them: a part of their motion in one substep is
   /// lost, where a search would cost as much as all constraints in several substeps.
@@ -121,8 +128,8 @@ class PairSearch {
 
   std::size_t bytes() const {
     std::size_t bytes = from_.bytes() + way_.bytes() + rest_.bytes() + boxes_.bytes() + wire_edge_.bytes() +
-                        takes_part_.bytes() + index_memory_.bytes() + crosses_.bytes() + sewn_begin_.bytes() +
-                        sewn_.bytes();
+                        takes_part_.bytes() + violations_.bytes() + index_memory_.bytes() + crosses_.bytes() +
+                        sewn_begin_.bytes() + sewn_.bytes();
     for (const auto& list : lists_) bytes += list.bytes();
     for (const auto& boxes : boxes_of_items_) bytes += boxes.bytes();
     return bytes;
@@ -188,7 +195,9 @@ class PairSearch {
 
   static constexpr int kGrain = 8192;                               // particles
   static constexpr int kClusterGrain = 16, kClustersPerThread = 2;  // for refitting, and for finding pairs
-  static constexpr double kFit = 0.5;  // of the margin of predicted motions: constraints may use the rest
+  // Constraints may use the rest of the margin of predicted motions, where few particles need more than this share.
+  static constexpr double kFit = 0.5;
+  static constexpr double kMostTight = 0.01;                               // of the particles
   static constexpr double kMostClamped = 0.001, kMostClampedAtEnd = 0.01;  // of the particles
 
   Executor executor_;
@@ -202,6 +211,7 @@ class PairSearch {
   Rows rest_, from_, way_;
   Array<Executor, Box<R>> boxes_;
   Array<Executor, unsigned char> takes_part_;
+  Array<Executor, BoundsViolations> violations_;  // of groups of particles
   PairIndexMemory<Executor> index_memory_;
   Array<Executor, CrossingBodies> crosses_;
   Array<Executor, int> sewn_begin_, sewn_;  // see SewnParticles

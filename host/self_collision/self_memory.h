@@ -16,7 +16,7 @@ namespace malha {
 
 /// The last broad phase, whose start and paths are in SelfMemory.
 struct SearchMemory {
-  static constexpr std::int32_t kMaxAhead = 32;
+  static constexpr std::int32_t kMaxAhead = 128;
   std::int32_t valid = 0;             // 1 if it is still valid
   std::int32_t age = 1, horizon = 1;  // substeps that it has served, and substeps that searches look ahead
   std::int32_t crosses = 0;           // 1 if searches leave out pairs around intersections of the start

@@ -130,6 +130,14 @@ inline constexpr bool kRunsOnHost = requires {
   typename Kernel::RunsOnHost;
 };
 
+KERNEL int count_bits(unsigned bits) {
+#if defined(__CUDA_ARCH__)
+  return __popc(bits);
+#else
+  return __builtin_popcount(bits);
+#endif
+}
+
 /// The number of the lowest bit that is set.
 KERNEL int lowest_bit(unsigned long long bits) {
 #if defined(__CUDA_ARCH__)

@@ -6,14 +6,6 @@
 
 namespace malha {
 
-KERNEL int count_bits(unsigned bits) {
-#if defined(__CUDA_ARCH__)
-  return __popc(bits);
-#else
-  return __builtin_popcount(bits);
-#endif
-}
-
 /// Finds the pairs that a cluster owns with one block of threads: the threads share the comparisons, and one of them
 /// packs the pairs.
 template <class R>

@@ -33,36 +33,30 @@ struct ApplyDisplacements {
   }
 };
 
-/// Number of particles that leave their bounds, and of those that would leave them if they were truncated.
+/// Number of particles that leave their bounds, of those that leave a share of these, and of those that would leave
+/// them if they were truncated.
 struct BoundsViolations {
-  double outside = 0, outside_if_truncated = 0;
+  double outside = 0, tight = 0, outside_if_truncated = 0;
   KERNEL BoundsViolations& operator+=(const BoundsViolations& o) {
-    outside += o.outside, outside_if_truncated += o.outside_if_truncated;
+    outside += o.outside, tight += o.tight, outside_if_truncated += o.outside_if_truncated;
     return *this;
   }
 };
 
-/// Swept bounds of a particle, relative to where it was at the broad phase: the points within a margin of its path.
-template <class R>
-struct Capsule {
-  Vector3<R> way;
-  R length2, margin;
-  /// `share`: of the margin around the path.
-  KERNEL Capsule(const SweptBounds<R>& bounds, int i, R share)
-      : way(bounds.way[i].xyz()), length2(dot(way, way)), margin(share * bounds.from[i].w) {}
+/// The path of a particle, from where it was at the broad phase. Its swept bounds are the points within a margin of it.
+template <class S>
+struct SweptPath {
+  Vector3<S> way;
+  S length2;
+  KERNEL explicit SweptPath(const Vector3<S>& whole) : way(whole), length2(dot(whole, whole)) {}
   /// The point of the path that is nearest to a.
-  KERNEL Vector3<R> on_path(const Vector3<R>& a) const {
-    const R along = dot(a, way);
-    return way * (along > R(0) ? along < length2 ? along / length2 : R(1) : R(0));
+  KERNEL Vector3<S> nearest(const Vector3<S>& a) const {
+    const S along = dot(a, way), zero = S(0), one = S(1);
+    return way * select(along > zero, select(along < length2, along / length2, one), zero);
   }
-  KERNEL bool contains(const Vector3<R>& a) const {
-    const Vector3<R> apart = a - on_path(a);
-    return dot(apart, apart) <= margin * margin;
-  }
-  KERNEL Vector3<R> clamp(const Vector3<R>& a) const {
-    if (contains(a)) return a;
-    const Vector3<R> on = on_path(a), apart = a - on;
-    return on + apart * (margin / sqrt(dot(apart, apart)));
+  KERNEL S distance2(const Vector3<S>& a) const {
+    const Vector3<S> apart = a - nearest(a);
+    return dot(apart, apart);
   }
 };
 
@@ -72,22 +66,57 @@ KERNEL constexpr R within_rounding() {
   return R(0.99);
 }
 
-/// Checks the start, the end and the truncated position of a particle: the start, moved by `rest_motion`.
+/// Checks the start, the end and the truncated position of each particle of a group: the start, moved by `rest_motion`.
 template <class R>
 struct CheckSweptBounds {
+  static constexpr int kGroup = 64;  // particles
   Trajectories<R> motions;
   SweptBounds<R> bounds;
   R share;  // of the margin
   const unsigned char* takes_part;
-  Vector3<R> rest_motion{R(0), R(0), R(0)};  // motion of truncated particles, m
-  KERNEL BoundsViolations operator()(int i) const {
-    const Vector3<R> d = motions.moved[i].xyz();
-    if (!takes_part[i] || !((d.x + d.y + d.z) * R(0) == R(0))) return {};
-    const Vector3<R> start = motions.x0[i].xyz() - bounds.from[i].xyz();
-    const Capsule<R> within(bounds, i, share), whole(bounds, i, within_rounding<R>());
-    return {within.contains(start) && within.contains(start + d) ? 0.0 : 1.0,
-            whole.contains(start + rest_motion) ? 0.0 : 1.0};
+  Vector3<R> rest_motion;  // of truncated particles, m
+  int count;
+  BoundsViolations* found;  // of each group
+
+  template <class Group>
+  KERNEL void operator()(const Group& group) const {
+    constexpr int lanes = kLanes<R, typename Group::Isa>;
+    const int begin = group.index * kGroup, end = min(begin + kGroup, count);
+    BoundsViolations all;
+    int i = begin;
+    for (; i + lanes <= end; i += lanes) check<Lane<R, typename Group::Isa>, lanes>(i, all);
+    for (; i < end; ++i) check<R, 1>(i, all);
+    found[group.index] = all;
   }
+
+ private:
+  template <class S, int lanes>
+  KERNEL void check(int i, BoundsViolations& all) const {
+    int index[lanes];
+    unsigned counts = 0;
+    for (int l = 0; l < lanes; ++l)
+      index[l] = kIndexScale<R> * (i + l), counts |= (takes_part[i + l] != 0 ? 1u : 0u) << l;
+    Vector3<S> x0, d, from, way;
+    S margin, unused;
+    gather_rows(motions.x0, index, x0, unused), gather_rows(motions.moved, index, d, unused);
+    gather_rows(bounds.from, index, from, margin), gather_rows(bounds.way, index, way, unused);
+    counts &= movemask((d.x + d.y + d.z) * S(R(0)) == S(R(0)));
+    const SweptPath<S> path(way);
+    const Vector3<S> start = x0 - from, rest{S(rest_motion.x), S(rest_motion.y), S(rest_motion.z)};
+    const S at_start = path.distance2(start), at_end = path.distance2(start + d), held = path.distance2(start + rest);
+    const auto violations = [&](unsigned inside) KERNEL_LAMBDA { return double(count_bits(counts & ~inside)); };
+    const S whole = margin * S(within_rounding<R>()), tight = margin * S(share);
+    const S whole2 = whole * whole, tight2 = tight * tight;
+    all +=
+        {violations(movemask(at_start <= whole2) & movemask(at_end <= whole2)),
+         violations(movemask(at_start <= tight2) & movemask(at_end <= tight2)), violations(movemask(held <= whole2))};
+  }
+};
+
+/// The violations of a group.
+struct ReadViolations {
+  const BoundsViolations* found;
+  KERNEL BoundsViolations operator()(int g) const { return found[g]; }
 };
 
 /// Clamps a particle to its swept bounds.
@@ -101,9 +130,10 @@ struct ClampToSweptBounds {
     const Vector3<R> d = motions.moved[i].xyz();
     if (!takes_part[i] || !(motions.moved[i].w > R(0)) || !((d.x + d.y + d.z) * R(0) == R(0))) return;
     const Vector3<R> to = motions.x0[i].xyz() - bounds.from[i].xyz() + d;
-    const Vector3<R> kept = Capsule<R>(bounds, i, within_rounding<R>() * within_rounding<R>()).clamp(to);
-    if (same(kept, to)) return;
-    p.add_displacement(i, kept - to);
+    const Vector3<R> on_path = SweptPath<R>(bounds.way[i].xyz()).nearest(to), apart = to - on_path;
+    const R margin = within_rounding<R>() * within_rounding<R>() * bounds.from[i].w;
+    if (dot(apart, apart) <= margin * margin) return;
+    p.add_displacement(i, on_path + apart * (margin / sqrt(dot(apart, apart))) - to);
     motions.moved[i].set(p.displacement_from(i, motions.x0[i].xyz(), motions.origin));
   }
 };
@@ -133,8 +163,8 @@ struct InitSweptBounds {
     const R substeps = fits < ahead ? max(fits, R(1)) : ahead;
     const Vector3<R> way = d * substeps;
     bounds.way[i] = {way.x, way.y, way.z, R(0)};
-    const Vector3<R> beside = rest_motion - Capsule<R>(bounds, i, R(0)).on_path(rest_motion);
-    bounds.from[i] = {x0.x, x0.y, x0.z, rules.slack + rules.swerve * length + sqrt(dot(beside, beside))};
+    const R beside = sqrt(SweptPath<R>(way).distance2(rest_motion));
+    bounds.from[i] = {x0.x, x0.y, x0.z, rules.slack + rules.swerve * length + beside};
   }
 };
 

@@ -120,12 +120,13 @@ void instantiate_all() {
               AddRigidCorrection<R>, SaveMotion<R>, ComputeTruncationChange<R>, RemoveUndoneLift<R>, LimitSpeed<R>,
               CopyPoints<R>, CopyPoints<R, Displaced<R>>, CopyPoints<R, FromOrigin<R>>, CountFixed<R>,
               MarkPushing<R>>();
-  instantiate<ComputeDisplacements<R>, ApplyDisplacements<R>, CheckSweptBounds<R>, ClampToSweptBounds<R>,
-              InitSweptBounds<R>, ComputeSweptAabbs<R>>();
+  instantiate<ComputeDisplacements<R>, ApplyDisplacements<R>, ClampToSweptBounds<R>, InitSweptBounds<R>,
+              ComputeSweptAabbs<R>>();
   instantiate<RefitLeaves<R>, RefitLevel<R>, CountPushes<R>, SumViolations<R>, TruncateDisplacements<R>>();
-  instantiate_groups<FindCandidatesCooperatively<R>, NarrowPhase<R>, SolveContacts<R, SelfFriction::None>,
-                     SolveContacts<R, SelfFriction::Same>, SolveContacts<R, SelfFriction::Mapped>, FindViolations<R>,
-                     MarkViolating<R>, ComputeTruncation<R>, PushByKinematic<R>, MoveWithKinematic<R>>();
+  instantiate_groups<CheckSweptBounds<R>, FindCandidatesCooperatively<R>, NarrowPhase<R>,
+                     SolveContacts<R, SelfFriction::None>, SolveContacts<R, SelfFriction::Same>,
+                     SolveContacts<R, SelfFriction::Mapped>, FindViolations<R>, MarkViolating<R>, ComputeTruncation<R>,
+                     PushByKinematic<R>, MoveWithKinematic<R>>();
 }
 
 template void instantiate<CountDigits, PlaceDigits, MoveByDigit, FindBegins, SumPart, SumParts, SumBefore,
