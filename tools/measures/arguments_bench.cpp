@@ -123,10 +123,12 @@ void add_self(CLI::App& bench, BenchArguments& arguments) {
       "from their start to their end. The numbers of threads are measured in turns, so that their ratios hold even\n"
       "if other programs use the machine.\n\n"
       "The folder gets the table (self.txt), its rows (self.json) and a description of the machine\n"
-      "(self_machine.json).\n\n"
+      "(self_machine.json); with layers of several sizes also a chart of their steps over the particles\n"
+      "(self.svg, self.png).\n\n"
       "Examples:\n"
       "  malha bench self                                        all cases; half an hour, and 4 GiB of memory\n"
       "  malha bench self --case heap --n 1364                   the cloth of 2006\n"
+      "  malha bench self --case layers --n 10000,100000         falling layers, with a chart\n"
       "  malha bench self --n 10000 --repeats 3 --seconds 0.2    short and less exact");
 }
 

@@ -14,6 +14,7 @@
 #include "tools/bench/medians.h"
 #include "tools/bench/output.h"
 #include "tools/bench/self/cases.h"
+#include "tools/bench/self/chart.h"
 
 namespace malha::bench {
 
@@ -31,6 +32,7 @@ struct TimedRun {
   int threads;
   std::string hash = {};                           // of the state after the same steps on all numbers of threads
   std::vector<double> collision = {}, whole = {};  // ns per particle and substep, one value a turn
+  double largest_s = 0;                            // of the steps of a motion in the last turn
 
   TimedRun(const Scene& scene, const RunsOn& on, int count)
       : simulation(scene, on.simulation_options(count, true)), threads(count) {}
@@ -57,7 +59,8 @@ void run_turn(TimedRun& line, double min_seconds) {
 double run_motion(TimedRun& line, int steps, const std::function<void(double)>& progress) {
   double elapsed = 0;
   for (int step = 0; step < steps; ++step) {
-    elapsed += seconds([&] { line.simulation.step(); });
+    const double step_s = seconds([&] { line.simulation.step(); });
+    elapsed += step_s, line.largest_s = std::max(line.largest_s, step_s);
     line.simulation.count_crossings();
     progress(double(step + 1) / steps);
   }
@@ -72,10 +75,12 @@ Json row_of(const SelfCase& of, const TimedRun& line) {
   const SolverSpec& solver = line.simulation.model().scene.solver;
   const double particles = line.simulation.model().count();
   const double substeps = static_cast<double>(line.simulation.steps()) * solver.substeps;
+  const double step_ms = median(line.whole) * 1e-6 * solver.substeps * particles;
   return {{"case", of.name},
           {"particles", line.simulation.model().count()},
           {"threads", line.threads},
-          {"step_ms", median(line.whole) * 1e-6 * solver.substeps * particles},
+          {"step_ms", step_ms},
+          {"step_ms_largest", of.steps > 0 ? Json(1000 * line.largest_s) : Json()},
           {"self_collision_ns_per_particle_and_substep", median(line.collision)},
           {"step_ns_per_particle_and_substep", median(line.whole)},
           {"self_contacts_per_particle", m.self_contacts / particles},
@@ -211,7 +216,10 @@ void run_self(const SelfOptions& options) {
         measure(*of, n, threads);
       else
         for (const int count : threads) measure(*of, n, {count});
+  const bool has_chart = has_layers_chart(all);
+  const std::string no_chart = has_chart ? draw_layers_chart(all, out.folder()) : "";
   out.list();
+  if (has_chart) out.list_chart(no_chart);
 }
 
 }  // namespace malha::bench
