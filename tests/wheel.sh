@@ -31,7 +31,7 @@ uses() {
     cd "$(mktemp -d -p "$scratch")"
     env -i "$scratch/$1/bin/python" - "$root/scenes/ramp.json" <<'PYTHON'
 import pathlib, subprocess, sys
-import malha
+import malha, _malha_reference
 
 folder = pathlib.Path(malha.__file__).parent
 assert folder.is_relative_to(sys.prefix), folder
