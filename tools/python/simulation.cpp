@@ -392,10 +392,12 @@ void add_simulation(py::module_& module) {
       "A scene that is simulated step by step. One thread at a time may use it; several may each have one.");
   simulation
       .def(
-          py::init<const py::object&, int, const std::string&, bool, const py::object&>(), "scene"_a, py::kw_only(),
-          "threads"_a = 0, "backend"_a = "openmp", "interactive"_a = false, "constraints"_a = py::tuple(),
+          py::init<const py::object&, int, const std::string&, const std::string&, bool, const py::object&>(),
+          "scene"_a, py::kw_only(), "threads"_a = 0, "backend"_a = "openmp", "machine"_a = "cpu",
+          "interactive"_a = false, "constraints"_a = py::tuple(),
           "scene: a Scene, or what makes one. threads: 0 for as many as there are. backend: \"openmp\" or \"serial\",\n"
-          "with the same bits. interactive: whether hold() and pull() are wanted. constraints: of your own, "
+          "with the same bits. machine: the one that patches are cut for, as of `malha run --for`. interactive: whether "
+          "hold() and pull() are wanted. constraints: of your own, "
           "Constraint\n"
           "objects. Raises InputError for what cannot be simulated.")
       .def(

@@ -66,6 +66,7 @@ class Simulation:
         *,
         threads: int = 0,
         backend: str = "openmp",
+        machine: str = "cpu",
         interactive: bool = False,
         constraints: Iterable[Constraint] = (),
     ) -> None: ...
