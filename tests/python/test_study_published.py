@@ -102,7 +102,8 @@ def test_the_force_of_the_chain_is_as_accurate_as_printed_to_a_factor_of_three(r
 
 
 def test_the_weight_stretches_a_chain_as_in_a_plain_sweep_and_a_hundred_times_less_with_substeps(rows_of):
-    most = {(row["method"], row["substeps"], row["gravity_m_per_s2"], row["dt_s"]): row["most_m"] for row in rows_of("weight of 2019")}
+    most = {(row["method"], row["substeps"], row["gravity_m_per_s2"], row["dt_s"]): row["most_m"]
+            for row in rows_of("weight of 2019")}
     assert most["malha", 1, 10, 0.03] == pytest.approx(322.1, abs=0.1), "printed in the paper, with 100 iterations"
     assert most["malha", 100, 10, 0.03] == pytest.approx(3.2, abs=0.05), "and with 100 substeps"
     for substeps in (1, 100):
@@ -145,7 +146,8 @@ def test_each_case_has_sentences_and_a_table(folder, result):
         assert all(len(row) == len(section["columns"]) for row in section["rows"])
         if section["chart"]:
             assert (folder / f"{section['chart']}.svg").exists() and (folder / f"{section['chart']}.png").exists()
-    assert [section["chart"] for section in result["sections"]] == ["published_spring", "published_chain", "published_weight", "", "", ""]
+    assert [section["chart"] for section in result["sections"]] == [
+        "published_spring", "published_chain", "published_weight", "", "", ""]
 
 
 def test_the_table_of_all_rows_has_those_of_the_json(folder, result):

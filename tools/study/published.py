@@ -149,11 +149,13 @@ def run_spring(setting):
 def spring_settings(quick):
     """XPBD, and PBD of 2006, which leaves (1 - k) of an error per projection. malha's stiffness is that of all projections of
     a step together."""
+    def setting(what, constraint, substeps, iterations):
+        return {"what": what, "constraint": constraint, "substeps": substeps, "iterations": iterations}
+
     xpbd, counts = {"compliance": COMPLIANCE}, (1, 5, 10)
-    return ([{"what": "XPBD, " + counted(n, "iteration"), "constraint": xpbd, "substeps": 1, "iterations": n} for n in counts] +
-            [{"what": f"XPBD, {n} substeps", "constraint": xpbd, "substeps": n, "iterations": 1} for n in ([10] if quick else [10, 100])] +
-            [{"what": "PBD, k = 0.1, " + counted(n, "iteration"), "constraint": {"stiffness": 1 - 0.9**n}, "substeps": 1,
-              "iterations": n} for n in counts])
+    return ([setting("XPBD, " + counted(n, "iteration"), xpbd, 1, n) for n in counts] +
+            [setting(f"XPBD, {n} substeps", xpbd, n, 1) for n in ([10] if quick else [10, 100])] +
+            [setting("PBD, k = 0.1, " + counted(n, "iteration"), {"stiffness": 1 - 0.9**n}, 1, n) for n in counts])
 
 
 def request_springs(study):
@@ -189,15 +191,15 @@ def show_springs(study, springs):
     for panel in panels:
         panel.legend(loc="upper right", ncol=2, fontsize=10)
     panels[0].set_ylim(0.45, 1.85)
-    figure.subplots_adjust(left=0.08, right=0.98, top=0.93, wspace=0.06)
+    figure.subplots_adjust(left=0.08, right=0.98, top=0.93, wspace=0.09)
     apart = max(abs(period / exact - 1) for setting, period, _ in xpbd if setting["substeps"] == 1)
     study.section(
         "XPBD 2016, section 6.1: an oscillator",
-        [f"The period is {exact:.5f} s in closed form. The paper prints curves and no number: XPBD's period does not depend on the "
-         "iterations, PBD's does.",
-         f"malha: the error of XPBD with 1, 5 and 10 iterations is {100 * apart:.2g} % for all of them, because it is that of backward "
-         f"Euler, whose period agrees to {max(abs(period / euler - 1) for _, period, euler in xpbd):.1e}; with the finest substeps it "
-         f"is {100 * (xpbd[-1][1] / exact - 1):.2g} %.",
+        [f"The period is {exact:.5f} s in closed form. The paper prints curves and no number: XPBD's period does not depend on "
+         "the iterations, PBD's does.",
+         f"malha: the error of XPBD with 1, 5 and 10 iterations is {100 * apart:.2g} % for all of them, because it is that of "
+         f"backward Euler, whose period agrees to {max(abs(period / euler - 1) for _, period, euler in xpbd):.1e}; with the "
+         f"finest substeps it is {100 * (xpbd[-1][1] / exact - 1):.2g} %.",
          "PBD with k = 0.1 a projection and 1, 5 and 10 iterations has the periods " +
          ", ".join("none" if period is None else f"{period:.3f} s" for _, period, _ in pbd) + "."],
         ["method", "period, s", "backward Euler's, s", "swing left after a period"], table, ("spring", figure))
@@ -301,18 +303,18 @@ def show_chains(study, chains):
     axes.legend()
     study.section(
         "XPBD 2016, section 6.2: the force at the support of a falling chain",
-        ["Printed: errors of at most 6, 2 and 0.5 % with 50, 100 and 1000 iterations. The paper states neither step nor spacing nor "
-         "start; here the chain starts horizontal. The force at the support is that which balances the change of momentum of all "
-         "particles, and errors are relative to the largest force of the run.",
-         f"Of {counted(len(chains), 'setting')} the closest is a step of {dt:.4g} s and a spacing of {spacing:g} m: malha's errors are "
-         f"{three('malha', 'of_most')}; those of a plain sweep from the support on are {three('in_order', 'of_most')}; and with 1 kg at "
-         f"the free end instead of half of that {three('in_order_1kg', 'of_most')}.",
-         "malha projects every other link and then the rest, not from the support on: its errors differ from the plain sweep's by a "
-         f"factor of {math.exp(max(differences)):.2f} at most.",
+        ["Printed: errors of at most 6, 2 and 0.5 % with 50, 100 and 1000 iterations. The paper states neither step nor spacing "
+         "nor start; here the chain starts horizontal. The force at the support is that which balances the change of momentum of "
+         "all particles, and errors are relative to the largest force of the run.",
+         f"Of {counted(len(chains), 'setting')} the closest is a step of {dt:.4g} s and a spacing of {spacing:g} m: malha's "
+         f"errors are {three('malha', 'of_most')}; those of a plain sweep from the support on are {three('in_order', 'of_most')}; and "
+         f"with 1 kg at the free end instead of half of that {three('in_order_1kg', 'of_most')}.",
+         "malha projects every other link and then the rest, not from the support on: its errors differ from the plain sweep's "
+         f"by a factor of {math.exp(max(differences)):.2f} at most.",
          f"Relative to the force of the same frame, which is almost 0 in the first one, malha's errors are up to "
          f"{three('malha', 'of_own')}; the errors of its largest force are {three('malha', 'of_peak')}."],
-        ["step, s", "spacing, m", "iterations", "printed", "malha", "plain sweep from the support", "the same, last particle 1 kg",
-         "malha, error of the largest force", "malha, relative to the same frame"], table, ("chain", figure))
+        ["step, s", "spacing, m", "iterations", "printed", "malha", "plain sweep from the support",
+         "the same, last particle 1 kg", "malha, error of the largest force", "malha, relative to the same frame"], table, ("chain", figure))
 
 
 # ---- A weight at the end of a chain, for two papers ------------------------------------------------------------------
@@ -365,7 +367,8 @@ def malha_swing(hanging):
 
 def reference_swing(hanging, one_step):
     """By a reference, of which one_step(chain, x, v) simulates a frame."""
-    chain = chain_of([1.0] * LINKS + [hanging["weight"]], hanging["spacing"], hanging["compliance"], -1j, -1j * hanging["gravity"])
+    chain = chain_of([1.0] * LINKS + [hanging["weight"]], hanging["spacing"], hanging["compliance"], -1j,
+                     -1j * hanging["gravity"])
     state = [chain["start"], [0j] * PARTICLES]
 
     def step():
@@ -424,10 +427,13 @@ def request_weights(study):
     last two depend on the first."""
     found = {"tried": {}}
 
+    def both_ways(dt, gravity):
+        return {way: swings(study, "weight", small_steps(dt, gravity, way)) for way in PRINTED_STRETCH}
+
     def work():
         for gravity in (9.81, 10.0):
             for dt in ((1 / 60, 0.03) if study.quick else (1 / 120, 1 / 60, 0.02, 0.025, 0.03, 1 / 30, 0.04, 1 / 24)):
-                found["tried"][dt, gravity] = {way: swings(study, "weight", small_steps(dt, gravity, way)) for way in PRINTED_STRETCH}
+                found["tried"][dt, gravity] = both_ways(dt, gravity)
 
         def off(at):
             return abs(found["tried"][at]["100 iterations"]["malha"]["most_m"] / PRINTED_STRETCH["100 iterations"] - 1)
@@ -436,7 +442,7 @@ def request_weights(study):
         # The stretch grows with the square of the step.
         at_60 = found["tried"][1 / 60, 9.81]["100 iterations"]["malha"]["most_m"]
         found["matching_step"] = math.sqrt(PRINTED_STRETCH["100 iterations"] / at_60) / 60
-        found["matching"] = {way: swings(study, "weight", small_steps(found["matching_step"], 9.81, way)) for way in PRINTED_STRETCH}
+        found["matching"] = both_ways(found["matching_step"], 9.81)
         found["tethered"] = small_steps(dt, gravity, "100 substeps", substeps=10, long_range=True)
         found["tethered_swing"] = study.cell("weight: " + key_of(found["tethered"]), lambda: malha_swing(found["tethered"]))
 
@@ -456,7 +462,8 @@ def show_weights(study, found):
                           f"{cell['malha']['still_m']:.4g}"])
             differences.append(abs(most / plain - 1))
             curves.setdefault((way, gravity), []).append((dt, most))
-    swing_row(study, "weight of 2019", found["tethered"], "malha with long_range", found["tethered_swing"], found["tethered_swing"])
+    tethered = found["tethered_swing"]
+    swing_row(study, "weight of 2019", found["tethered"], "malha with long_range", tethered, tethered)
     figure, axes = plt.subplots()
     for (way, gravity), points in curves.items():
         axes.plot(*zip(*points), marker="o", ls="-" if gravity != 10 else "--", label=f"{way}, g = {gravity:g}",
@@ -479,16 +486,16 @@ def show_weights(study, found):
     best, matching, at_60 = both(found["tried"][dt, gravity]), both(found["matching"]), both(found["tried"][1 / 60, 9.81])[0]
     study.section(
         "Small Steps 2019, section 6.1: a weight of 100,000 on a chain",
-        ["Printed: 322.1 m of stretch with 100 iterations and 3.2 m with 100 substeps of one; neither the step is stated, nor when "
-         "the stretch is measured. Here it is the largest of the first swing.",
+        ["Printed: 322.1 m of stretch with 100 iterations and 3.2 m with 100 substeps of one; neither the step is stated, nor "
+         "when the stretch is measured. Here it is the largest of the first swing.",
          f"Of all steps and gravities below, a step of {dt:.4g} s with g = {gravity:g} m/s^2 is closest: {best[0]:.1f} m with "
          f"iterations and {best[1]:.2f} m with substeps.",
-         f"With g = 9.81 m/s^2 the step would have to be {found['matching_step']:.5f} s ({matching[0]:.1f} m and {matching[1]:.2f} m), "
-         f"which is unusual; a step of 1/60 s leads to {at_60:.1f} m.",
-         "At any step the stretch with substeps is a hundredth of that with iterations. malha, which projects every other link and then "
-         f"the rest, and a plain sweep from the support on agree to {max(differences):.1e}.",
+         f"With g = 9.81 m/s^2 the step would have to be {found['matching_step']:.5f} s ({matching[0]:.1f} m and "
+         f"{matching[1]:.2f} m), which is unusual; a step of 1/60 s leads to {at_60:.1f} m.",
+         "At any step the stretch with substeps is a hundredth of that with iterations. malha, which projects every other link "
+         f"and then the rest, and a plain sweep from the support on agree to {max(differences):.1e}.",
          "With long-range attachments and a tenth of the work the stretch is at most "
-         f"{found['tethered_swing']['most_m']:.2g} m (of a chain of 0.19 m)."],
+         f"{tethered['most_m']:.2g} m (of a chain of 0.19 m)."],
         ["step, s", "g, m/s^2", "", "printed, m", "malha, most, m", "plain sweep, most, m", "malha, hanging still, m"], table,
         ("weight", figure))
 
@@ -523,7 +530,8 @@ def show_strands(study, found):
         most = cell["malha"]["most_m"]
         for method, by in (("malha", "malha"), ("plain sweep", "plain")):
             swing_row(study, "strand of 2024", strand(substeps, iterations), method, cell[by], cell)
-        table.append([f"malha, {substeps} x {iterations}", f"{most:.4g}", f"{cell['plain']['most_m']:.4g}", f"{most / newton_most:.3g}"])
+        table.append([f"malha, {substeps} x {iterations}", f"{most:.4g}", f"{cell['plain']['most_m']:.4g}",
+                      f"{most / newton_most:.3g}"])
         if substeps * iterations == 100:
             summary.append(f"{most:.3g} m by {substeps} x {iterations}")
     hanging = strand(1, 1)
@@ -532,8 +540,9 @@ def show_strands(study, found):
         "Vertex Block Descent 2024: a strand with a weight of 1000",
         ["The paper shows a picture: XPBD's strand is too long after 100 iterations, and prints no length; spacing and the other "
          "masses, here 1 kg, are not known to us.",
-         f"In equilibrium the weight is {still:.2g} m below its initial position; with backward Euler by Newton's method it is at most "
-         f"{newton_most:.2g} m below. malha's XPBD, with the work of 100 sweeps (substeps x iterations): {', '.join(summary)}."],
+         f"In equilibrium the weight is {still:.2g} m below its initial position; with backward Euler by Newton's method it is "
+         f"at most {newton_most:.2g} m below. malha's XPBD, with the work of 100 sweeps (substeps x iterations): "
+         f"{', '.join(summary)}."],
         ["method", "most stretch, m", "plain sweep's, m", "times Newton's"], table)
 
 
@@ -557,8 +566,8 @@ def timed(work):
 def time_sheet(sheet, quick):
     """A sheet of 1 m and 0.2 kg hangs by two corners; a step is a frame of 1/50 s."""
     _, cells, filter_kind, _ = sheet
-    body = {"name": "sheet", "shape": {"grid": {"size": [1, 1], "cells": cells}}, "mass": 0.2, "pins": [{"particles": [0, cells[0]]}],
-            "constraints": [{"type": "distance", "elements": ["edges", "shear"]}]}
+    body = {"name": "sheet", "shape": {"grid": {"size": [1, 1], "cells": cells}}, "mass": 0.2,
+            "pins": [{"particles": [0, cells[0]]}], "constraints": [{"type": "distance", "elements": ["edges", "shear"]}]}
     scene = scene_of(body, 1 / 50, 10, 1)
     scene["solver"]["precision"] = "float"
     if filter_kind:
@@ -576,7 +585,8 @@ def time_sheet(sheet, quick):
 
 
 def request_sheets(study):
-    return list(zip(SHEETS, study.cells(SHEETS, lambda sheet: "sheet: " + sheet[0], lambda sheet: time_sheet(sheet, study.quick))))
+    return list(zip(SHEETS, study.cells(SHEETS, lambda sheet: "sheet: " + sheet[0],
+                                        lambda sheet: time_sheet(sheet, study.quick))))
 
 
 def show_sheets(study, sheets):
@@ -590,8 +600,8 @@ def show_sheets(study, sheets):
             summary.append(f"{1 / frame:,.0f} frames/s after {1e3 * setup:.2g} ms of set-up ({what})")
     study.section(
         "A thesis of 2008: both methods side by side",
-        ["Printed, on a Core 2 Duo at 2.2 GHz and with a rendering engine: 289 particles by Desbrun's method and over 2000 by PBD at "
-         "50 frames/s each, and a precomputation that is too slow beyond 500 particles.",
+        ["Printed, on a Core 2 Duo at 2.2 GHz and with a rendering engine: 289 particles by Desbrun's method and over 2000 by "
+         "PBD at 50 frames/s each, and a precomputation that is too slow beyond 500 particles.",
          f"malha on one thread and without rendering, a frame of 1/50 s each: {'; '.join(summary)}."],
         ["case", "printed", "malha, frames/s", "ms a frame", "set-up, ms"], table)
 
@@ -652,12 +662,12 @@ def show_cloths(study, cloths):
     best = max(1 / cell["mean_frame_s"] for _, cell in cloths)
     study.section(
         "PBD 2006, figure 6: a self-colliding cloth of 1,364 vertices",
-        ["Printed: 30 frames/s on average on a Pentium 4 at 3 GHz, with detection, handling and rendering, of a cloth that ends up "
-         "folded; the motion is not described. Here a cloth of as many vertices falls, and nothing is drawn.",
+        ["Printed: 30 frames/s on average on a Pentium 4 at 3 GHz, with detection, handling and rendering, of a cloth that ends "
+         "up folded; the motion is not described. Here a cloth of as many vertices falls, and nothing is drawn.",
          f"malha, frames of 1/30 s a second: {'; '.join(summary)}.",
-         f"At best that is {best / 30:.2g} times the printed rate: malha {'reaches' if best >= 30 else 'does not reach'} the frame rate "
-         f"of 2006. Intersections after every frame: {max(cell['crossings'] for _, cell in cloths)} at most; every pair of primitives "
-         "that could intersect is tested, and its displacements are truncated."],
+         f"At best that is {best / 30:.2g} times the printed rate: malha {'reaches' if best >= 30 else 'does not reach'} the "
+         f"frame rate of 2006. Intersections after every frame: {max(cell['crossings'] for _, cell in cloths)} at most; every "
+         "pair of primitives that could intersect is tested, and its displacements are truncated."],
         ["motion", "threads", "printed, frames/s", "malha, mean", "slowest frame", "most contacts", "RMS strain, most",
          "crossings, most"], table)
 
