@@ -70,6 +70,12 @@ long long PySimulation::step(const py::object& self, long long n, const py::obje
   return done;
 }
 
+std::vector<Launches> PySimulation::trace_step(const py::object& self) {
+  const LaunchTrace trace;
+  step(self, 1, py::none());
+  return trace.list();
+}
+
 std::string PySimulation::report(const std::optional<std::string>& status) {
   std::vector<std::string> notes;
   if (diverged_) notes.push_back(*diverged_);

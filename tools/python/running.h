@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "host/report/launches.h"
 #include "malha/simulation.h"
 #include "tools/python/initialised.h"
 #include "tools/python/shutdown.h"
@@ -52,6 +53,9 @@ class PySimulation {
 
   /// Takes n steps, fewer if `callback` returns a false value other than None; returns how many.
   long long step(const pybind11::object& self, long long n, const pybind11::object& callback);
+
+  /// Takes a step; returns the kernels that it launched.
+  std::vector<Launches> trace_step(const pybind11::object& self);
 
   std::string report(const std::optional<std::string>& status);
   void restore_state(const pybind11::bytes& state);

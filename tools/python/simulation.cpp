@@ -411,6 +411,16 @@ void add_simulation(py::module_& module) {
           "each step, and ends the loop where what it returns is false (but None goes on). Ctrl-C raises "
           "KeyboardInterrupt after a whole step.\n"
           "Other threads of Python run meanwhile. Raises Diverged.")
+      .def(
+          "trace_step",
+          [](const py::object& self) {
+            py::list all;
+            for (const auto& [kernel, launches, items] : self.cast<PySimulation&>().trace_step(self))
+              all.append(py::dict("kernel"_a = kernel, "launches"_a = launches, "items"_a = items));
+            return all;
+          },
+          "Advances by one step, and returns the kernels that it launched: a list of dicts of kernel, launches and "
+          "items.")
       .def("__repr__", [](PySimulation& s) {
         const auto use = s.now();
         return "<malha.Simulation '" + use->model().scene.name + "', " + counted(use->model().x.size(), "particle") +
