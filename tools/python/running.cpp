@@ -26,8 +26,8 @@ bool ends_loop(const py::object& said) {
   return truth == 0;
 }
 
-PySimulation::PySimulation(const py::object& scene, int threads, const std::string& backend,
-                           const std::string& machine, bool interactive, const py::object& given) {
+PySimulation::PySimulation(const py::object& scene, int threads, const std::string& backend, const std::string& machine,
+                           bool interactive, const py::object& given) {
   const Scene of = scene_of(scene, py::none());
   SimulationOptions options = options_of(threads, backend);
   options.machine = machine, options.interactive = interactive;

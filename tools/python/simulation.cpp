@@ -396,7 +396,8 @@ void add_simulation(py::module_& module) {
           "scene"_a, py::kw_only(), "threads"_a = 0, "backend"_a = "openmp", "machine"_a = "cpu",
           "interactive"_a = false, "constraints"_a = py::tuple(),
           "scene: a Scene, or what makes one. threads: 0 for as many as there are. backend: \"openmp\" or \"serial\",\n"
-          "with the same bits. machine: the one that patches are cut for, as of `malha run --for`. interactive: whether "
+          "with the same bits. machine: the one that patches are cut for, as of `malha run --for`. interactive: "
+          "whether "
           "hold() and pull() are wanted. constraints: of your own, "
           "Constraint\n"
           "objects. Raises InputError for what cannot be simulated.")
