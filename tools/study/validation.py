@@ -69,7 +69,8 @@ def compare(study, *, method, mesh, cells, setting, at, value, reference, subste
     error = None if value is None else abs(value - reference) / abs(reference if scale is None else scale)
     study.row(protocol=study.protocol, method=method, mesh=mesh, cells=cells, substeps=substeps, setting=setting, at=at,
               value=value, reference=reference, error=error, resolved=bool(resolved),
-              within=error is not None and error <= PROTOCOLS[study.protocol].bar, note=note)
+              within=error is not None and error <= PROTOCOLS[study.protocol].bar, bar=PROTOCOLS[study.protocol].bar,
+              note=note)
 
 
 def finest_rows(rows):
