@@ -104,8 +104,8 @@ def newton(chain, h, x, v):
 
 
 # ---- XPBD 2016, section 6.1: an oscillator ---------------------------------------------------------------------------
-# A spring of rest length 1, initial length 1.5, mass 1 and compliance 0.001. The paper's figure 2 compares curves and
-# states neither numbers nor the step; here it is 1/60 s.
+# The spring has the rest length 1, the initial length 1.5, the mass 1 and the compliance 0.001. The paper's figure 2 compares
+# curves and states neither numbers nor the step; here it is 1/60 s.
 
 
 COMPLIANCE = 0.001
@@ -410,8 +410,8 @@ def swing_row(study, case, hanging, method, swing, cell, **more):
 
 
 # ---- Small Steps 2019, section 6.1 -----------------------------------------------------------------------------------
-# Masses from 1 to 100,000 kg, spacing 0.01 m; a stretch of 322.1 m with 100 iterations and of 3.2 m with 100 substeps. The
-# paper does not state the step.
+# Masses are 1 kg and at the end 100,000 kg, 0.01 m apart. The paper prints a stretch of 322.1 m with 100 iterations and of
+# 3.2 m with 100 substeps, and does not state the step.
 
 
 PRINTED_STRETCH = {"100 iterations": 322.1, "100 substeps": 3.2}  # m
@@ -502,7 +502,7 @@ def show_weights(study, found):
 
 
 # ---- Vertex Block Descent 2024: a strand -----------------------------------------------------------------------------
-# 20 vertices, stiffness 1e8, the last one of mass 1000, step 1/60 s, 100 iterations.
+# The strand has 20 vertices, the last one of mass 1000, and a stiffness of 1e8; the paper takes 100 iterations in 1/60 s.
 
 
 def strand(substeps, iterations):
@@ -608,7 +608,8 @@ def show_sheets(study, sheets):
 
 
 # ---- PBD 2006, figure 6: a self-colliding cloth ----------------------------------------------------------------------
-# 1,364 vertices and 2,562 triangles at 30 frames/s on a Pentium 4 at 3 GHz, with detection, handling and rendering.
+# The paper has 1,364 vertices and 2,562 triangles at 30 frames/s on a Pentium 4 at 3 GHz, with detection, handling and
+# rendering.
 
 
 def cloth_of_2006(drapes, substeps):
