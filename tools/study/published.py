@@ -307,8 +307,8 @@ def show_chains(study, chains):
          "nor start; here the chain starts horizontal. The force at the support is that which balances the change of momentum of "
          "all particles, and errors are relative to the largest force of the run.",
          f"Of {counted(len(chains), 'setting')} the closest is a step of {dt:.4g} s and a spacing of {spacing:g} m: malha's "
-         f"errors are {three('malha', 'of_most')}; those of a plain sweep from the support on are {three('in_order', 'of_most')}; "
-         f"and with 1 kg at the free end instead of half of that {three('in_order_1kg', 'of_most')}.",
+         f"errors are {three('malha', 'of_most')}; those of a plain sweep from the support on are {three('in_order', 'of_most')}"
+         f"; and with 1 kg at the free end instead of half of that {three('in_order_1kg', 'of_most')}.",
          "malha projects every other link and then the rest, not from the support on: its errors differ from the plain sweep's "
          f"by a factor of {math.exp(max(differences)):.2f} at most.",
          f"Relative to the force of the same frame, which is almost 0 in the first one, malha's errors are up to "
