@@ -238,7 +238,7 @@ def rows_of(kind, method, side, cell):
                       "least_times_as_fast": min(turns), "most_times_as_fast": max(turns),
                       "undisturbed_step_s": line["least_step_s"],
                       "undisturbed_times_as_fast": one["least_step_s"] / line["least_step_s"],
-                      "steps_on_one_thread": line["on_one_thread"], "setup_s": line["setup_s"], "hash": line["hash"],
+                      "steps_on_one_thread": line.get("on_one_thread", 0), "setup_s": line["setup_s"], "hash": line["hash"],
                       "imbalance_by_patches": imbalance(line["patches"], line["patch_colors"], t) if line["patches"] else None}
         largest = line["passes_s"].get("fused_solve" if METHODS[method] is PBD else "filter", step)
         row |= {"gb_per_s": 1e-9 * line["must_move_bytes"] / largest, "triad_gb_per_s": line["triad_gb_per_s"],
@@ -289,12 +289,15 @@ def threads_chart(all_groups, title, axis, key, ideal):
     for method in METHODS:
         own = [group for group in all_groups if group[0]["method"] == method]
         for nth, group in enumerate(own):  # darker for more particles
-            value, least, most = (np.array([row[name] for row in group]) for name in (key, "least_times_as_fast", "most_times_as_fast"))
-            axes.errorbar([row["threads"] for row in group], value, yerr=[value - least, most - value], marker="o", capsize=3,
-                          color=plt.get_cmap(SHADES[method])(0.4 + 0.6 * (nth + 1) / (len(own) + 1)), label=name_of(group[0]))
+            value, least, most = (np.array([row[name] for row in group])
+                                  for name in (key, "least_times_as_fast", "most_times_as_fast"))
+            beside = 1.012**(len(axes.containers) - (len(all_groups) - 1) / 2)  # so that bars do not cover each other
+            axes.errorbar([row["threads"] * beside for row in group], value, yerr=[value - least, most - value], marker="o",
+                          color=plt.get_cmap(SHADES[method])(0.4 + 0.6 * (nth + 1) / (len(own) + 1)), capsize=3,
+                          label=name_of(group[0]))
     if ideal:
         axes.plot(counts, counts, "--", color="black", lw=1, label="as many times")
-    axes.set(title=title, xlabel="threads", ylabel=axis, xscale="log")
+    axes.set(title=title, xlabel="threads (bars: least and most of the turns)", ylabel=axis, xscale="log")
     if ideal and counts[-1] > 8:
         axes.set_yscale("log")
         axes.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
@@ -326,8 +329,8 @@ def add_strong(study, rows):
         "Strong scaling: the same cloth on more threads",
         [f"{pinning}; the load average before a case was at most {load:.1f}, including this study's threads." +
          (" Other programs used the cores too, and affect the medians." if load > 1.2 * most else "") +
-         (f" Of a body's steps on more threads up to {100 * alone:.0f} % ran on one, because malha avoids threads that other "
-          "programs hold up." if alone > 0.05 else ""),
+         (f" Of a body's steps on more threads up to {100 * alone:.0f} % ran on one, which malha chooses where other programs "
+          "hold threads up." if alone > 0.05 else ""),
          f"Times as fast on {most} threads as on one, medians of the turns: "
          f"{on_most_threads(all_groups, lambda row: format(row['times_as_fast'], '.2f'))}.{left_out(rows, 'strong')}",
          "Times as fast by the shortest step of each, which other programs disturb least: "
@@ -343,7 +346,7 @@ def add_strong(study, rows):
           *bandwidth_fields(row)[:2], "" if row["imbalance_by_patches"] is None else f"{row['imbalance_by_patches']:.2f}",
           f"{row['setup_s']:.3g}"] for row in runs],
         ("strong", threads_chart(all_groups, "Strong scaling: the same cloth on more threads",
-                                 "times as fast as one thread (bars: least and most of the turns)", "times_as_fast", True)))
+                                 "times as fast as one thread", "times_as_fast", True)))
 
 
 def add_passes(study, rows):
@@ -364,7 +367,8 @@ def add_passes(study, rows):
         sentences.append("The pass with the smallest speed-up, of those with 5 % of a step or more from 10,000 particles on: "
                          f"{slowest[1]}.")
     study.section("Strong scaling, pass by pass", sentences,
-                  ["method", "particles", "pass", "ms on one thread", "share of the step", "threads", "ms", "times as fast"], table)
+                  ["method", "particles", "pass", "ms on one thread", "share of the step", "threads", "ms", "times as fast"],
+                  table)
 
 
 def add_bandwidth(study, rows):
@@ -396,8 +400,8 @@ def add_launches(study, rows):
             waits = launch["fork_join_us"] + PBD["substeps"] * last["patch_colors"] * launch["barrier_us"]
             shares.append(f"{0.1 * waits / last['step_ms']:.2g} % ({last['particles']:,})")
     if shares:
-        sentences.append("A step of PBD is one region with 10 substeps, each with a barrier per colour of patches. Their share of "
-                         f"a step on the most threads, by particles: {', '.join(shares)}.")
+        sentences.append("A step of PBD is one region with 10 substeps, each with a barrier per colour of patches. Their share "
+                         f"of a step on the most threads, by particles: {', '.join(shares)}.")
     study.section("Time to start threads and to wait at barriers", sentences,
                   ["threads", "fork and join, microseconds", "median", "a barrier, microseconds"],
                   [[t, *(f"{row[key]:.3g}" for key in ("fork_join_us", "fork_join_median_us", "barrier_us"))]
@@ -415,7 +419,7 @@ def add_weak(study, rows):
         [[row["method"], f"{row['particles']:,}", row["threads"], row["step_ms"], f"{100 * row['efficiency']:.0f} %"]
          for group in all_groups for row in group],
         ("weak", threads_chart(all_groups, "Weak scaling: as many particles a thread (in names: of one thread)",
-                               "efficiency (bars: least and most of the turns)", "efficiency", False)))
+                               "efficiency", "efficiency", False)))
 
 
 def add_on_device(study, rows):
@@ -430,8 +434,8 @@ def add_on_device(study, rows):
     axes.legend()
     study.section(
         "What a step takes on the device, by size",
-        [f"On {runs[0]['device'] if runs else 'no device'}. Steps are timed without waiting for their passes."
-         f"{left_out(rows, 'strong')}", MUST_MOVE],
+        [f"On {runs[0]['device'] if runs else 'no device'}. Whole steps are timed, without waiting for their "
+         f"passes.{left_out(rows, 'strong')}", MUST_MOVE],
         ["method", "particles", "ms a step", "ns a particle and step", "colours", "GB/s that must move", "a copy's GB/s", "share",
          "set-up, s"],
         [[row["method"], f"{row['particles']:,}", row["step_ms"], f"{1e6 * row['step_ms'] / row['particles']:.3g}",

@@ -97,40 +97,32 @@ def irregular_sheet(side):
     corner, twin, x, z = start.tolist(), twins.tolist(), plane[:, 0].tolist(), plane[:, 1].tolist()
 
     def is_well_shaped(a, b, c):
-        twice_area = (z[b] - z[a]) * (x[c] - x[a]) - (x[b] - x[a]) * (z[c] - z[a])
-        squares = [(x[q] - x[p]) * (x[q] - x[p]) + (z[q] - z[p]) * (z[q] - z[p]) for p, q in ((a, b), (b, c), (c, a))]
-        # 2 sqrt(3) twice_area / the sum of squares is 1 for the equilateral triangle and 0.87 for half a square.
-        return 3.4641016151377544 * twice_area > 0.5 * (squares[0] + squares[1] + squares[2])
+        ux, uz, vx, vz, wx, wz = x[b] - x[a], z[b] - z[a], x[c] - x[b], z[c] - z[b], x[c] - x[a], z[c] - z[a]
+        squares = (ux * ux + uz * uz) + (vx * vx + vz * vz) + (wx * wx + wz * wz)
+        # 2 sqrt(3) times twice the area over the squares is 1 for the equilateral triangle and 0.87 for half a square.
+        return 3.4641016151377544 * (uz * wx - ux * wz) > 0.5 * squares
 
-    def flip(h):
-        """Flips the edge to the other diagonal of its two triangles, if triangles and valences stay good."""
-        g = twin[h]
-        if g < 0:
-            return
-        s, t = h // 3 * 3, g // 3 * 3
-        hn, hp, gn, gp = s + (h - s + 1) % 3, s + (h - s + 2) % 3, t + (g - t + 1) % 3, t + (g - t + 2) % 3
-        a, b, c, d = corner[h], corner[g], corner[hp], corner[gp]
-        if valence[a] <= 4 - border[a] or valence[b] <= 4 - border[b] or valence[c] >= 9 or valence[d] >= 9:
-            return
-        if not (is_well_shaped(c, a, d) and is_well_shaped(d, b, c)):
-            return
-        valence[a] -= 1
-        valence[b] -= 1
-        valence[c] += 1
-        valence[d] += 1
-        outer = twin[hp], twin[gn], twin[gp], twin[hn]  # of c-a, a-d, d-b, b-c
-        corner[s:s + 3], corner[t:t + 3] = (c, a, d), (d, b, c)
-        for one, other in zip((s, s + 1, t, t + 1, s + 2), (*outer, t + 2)):
-            twin[one] = other
-            if other >= 0:
-                twin[other] = one
-
-    left = 3 * len(corner)
-    while left > 0:
-        count = min(left, 1_000_000)
+    # An edge is flipped to the other diagonal of its two triangles, if triangles and valences stay good.
+    for block in range(0, 3 * len(corner), 1_000_000):
+        count = min(1_000_000, 3 * len(corner) - block)
         for h in (draw(count) % np.uint64(len(corner))).tolist():
-            flip(h)
-        left -= count
+            g = twin[h]
+            if g < 0:
+                continue
+            s, t = h - h % 3, g - g % 3
+            hn, hp, gn, gp = s + (h + 1) % 3, s + (h + 2) % 3, t + (g + 1) % 3, t + (g + 2) % 3
+            a, b, c, d = corner[h], corner[g], corner[hp], corner[gp]
+            if valence[c] >= 9 or valence[d] >= 9 or valence[a] <= 4 - border[a] or valence[b] <= 4 - border[b]:
+                continue
+            if not (is_well_shaped(c, a, d) and is_well_shaped(d, b, c)):
+                continue
+            valence[a], valence[b], valence[c], valence[d] = valence[a] - 1, valence[b] - 1, valence[c] + 1, valence[d] + 1
+            outer = twin[hp], twin[gn], twin[gp], twin[hn]  # of c-a, a-d, d-b, b-c
+            corner[s:s + 3], corner[t:t + 3] = (c, a, d), (d, b, c)
+            for one, other in zip((s, s + 1, t, t + 1, s + 2), (*outer, t + 2)):
+                twin[one] = other
+                if other >= 0:
+                    twin[other] = one
 
     def shuffled(count):
         places = list(range(count))
