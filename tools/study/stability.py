@@ -8,9 +8,10 @@ each, as lines over one setting.
     PYTHONPATH=build/release /usr/bin/python3 tools/study/stability.py --quick
 
 To add a known failure, write a function of the study below the others, decorate it with @part, request its values with
-`line` (one cell for each setting), and end with `lines_section`. Reference integrators are written here in numpy; they share
-the scene and its mesh with malha, no kernels and no solvers.
+`line` (one cell for each setting), and end with `lines_section`. Other integrators and plain sweeps are those of the module
+_malha_reference (tools/study/reference/module.cpp), which shares the scene and its mesh with malha, no kernels and no solvers.
 """
+import json
 import math
 import pathlib
 import sys
@@ -18,16 +19,16 @@ import sys
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 import study as studies  # noqa: E402
 
-studies.require("scipy")
+studies.require("_malha_reference")
 
+import _malha_reference as reference  # noqa: E402
 import malha  # noqa: E402
 import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
 from matplotlib.colors import ListedColormap  # noqa: E402
 from matplotlib.lines import Line2D  # noqa: E402
 from matplotlib.patches import Patch  # noqa: E402
-from scipy.linalg import cho_factor, cho_solve  # noqa: E402
-from scipy.sparse import csr_matrix  # noqa: E402
+from size import SIDE, irregular_sheet  # noqa: E402
 
 G = 9.81  # m/s^2
 FRAME = 1 / 60  # s; methods divide it into substeps
@@ -63,13 +64,13 @@ LENGTHS = {"type": "distance", "elements": ["edges"]}
 SHELL = {"sphere": {"radius": 0.5, "subdivisions": 2}}  # 162 particles
 
 
-def spring_scene(name, shape, mass, pins, elements, compliance, gravity=(0, -G, 0), **solver):
+def spring_scene(name, shape, mass, pins, elements, compliance, **solver):
     """A scene of one body of distance constraints. compliance: m/N; 0: of stiffness 1, by PBD. solver: keys that differ
     from 10 substeps of one iteration by PBD in float."""
     constraint = {"type": "distance", "elements": elements} | ({"compliance": compliance} if compliance else {})
     return {"name": name, "solver": {"type": "pbd", "dt": FRAME, "substeps": 10, "iterations": 1} | solver,
-            "gravity": list(gravity), "bodies": [{"name": name, "shape": shape, "mass": mass, "pins": pins,
-                                                  "constraints": [constraint]}], "duration": 1}
+            "gravity": [0, -G, 0], "duration": 1,
+            "bodies": [{"name": name, "shape": shape, "mass": mass, "pins": pins, "constraints": [constraint]}]}
 
 
 def hanging_sheet(n, side, mass, compliance, pins=({"row": "first"},), **solver):
@@ -102,275 +103,33 @@ def simulate(scene, frames=0):
     return simulation
 
 
-# ---- Reference integrators -------------------------------------------------------------------------------------------
-
-
-def lengths(d):
-    """Lengths of vectors (3, ...), of one type and summed in one order."""
-    d = d * d
-    return np.sqrt(d[0] + (d[1] + d[2]))
-
-
-def spring_system(scene, stiffness=None):
-    """Particles and springs of a scene's only body, which has distance constraints.
-
-    A dict of x and v (N, 3), of the start; w and mass (N,), w = 0 for pinned particles; gravity (3,); ends (S, 2), rest (S,)
-    and stiffness (N/m) of the springs. stiffness: 1 / compliance if not given.
-    """
-    exact = malha.Simulation(scene | {"solver": scene["solver"] | {"precision": "double"}}, threads=1)
-    constraint, faces, w, x = scene["bodies"][0]["constraints"][0], exact.faces, exact.inverse_masses, exact.positions
-    corners = faces[:, :3] if len(faces) and faces[0, 3] < 0 else faces
-    sides = np.stack([corners, np.roll(corners, -1, axis=1)], axis=2).reshape(-1, 2) if len(faces) else exact.lines
-    sides = np.sort(sides, axis=1)
-    ends = sides[np.sort(np.unique(sides, axis=0, return_index=True)[1])]
-    if "shear" in constraint["elements"]:
-        ends = np.concatenate([ends, faces[:, [0, 2, 1, 3]].reshape(-1, 2)])
-    ends = ends[(w[ends] > 0).any(axis=1)]
-    moves, springs = (w > 0)[:, None], np.arange(len(ends))
-    return {"x": x, "v": exact.velocities * moves, "w": w, "mass": np.divide(1, w, where=w > 0, out=np.zeros_like(w)),
-            "ends": ends, "rest": lengths((x[ends[:, 0]] - x[ends[:, 1]]).T), "gravity": np.array(scene["gravity"], float),
-            "stiffness": 1 / constraint["compliance"] if stiffness is None else stiffness,
-            # What accelerations() needs: it adds the forces of the springs at their ends, and divides them.
-            "sum": csr_matrix((np.repeat([-1.0, 1.0], len(ends)), (ends.T.ravel(), np.tile(springs, 2))), (len(x), len(ends))),
-            "divisor": np.divide(1, w, where=w > 0, out=np.full_like(w, math.inf))[:, None], "fall": moves * scene["gravity"]}
-
-
-def spring_vectors(system, x):
-    d = x[system["ends"][:, 0]] - x[system["ends"][:, 1]]
-    return d, lengths(d.T)
-
-
-def forces(system, x):
-    d, length = spring_vectors(system, x)
-    return system["sum"] @ ((system["stiffness"] * (1 - system["rest"] / length))[:, None] * d)
-
-
-def accelerations(system, x):
-    return forces(system, x) / system["divisor"] + system["fall"]
-
-
-def elastic_energy(system, x):
-    return (system["stiffness"] * (spring_vectors(system, x)[1] - system["rest"])**2 / 2).sum()
-
-
-def conserved(system, x, v):
-    """Kinetic energy (J), momentum and angular momentum about the origin of the movable particles."""
-    p = system["mass"][:, None] * v
-    return (p * v).sum() / 2, p.sum(axis=0), np.cross(x, p).sum(axis=0)
-
-
-def sample_of(system, x, v):
-    """The largest and the RMS strain, and the energy (J)."""
-    strain = spring_vectors(system, x)[1] / system["rest"] - 1
-    energy = conserved(system, x, v)[0] + elastic_energy(system, x) - (system["mass"][:, None] * x @ system["gravity"]).sum()
-    return np.abs(strain).max(), np.sqrt((strain**2).mean()), energy
-
-
-def largest_frequency(system):
-    """The largest angular frequency (rad/s) of small motions about the start: the root of the largest eigenvalue of M^-1 K, by
-    power iteration, which converges from below."""
-    x, weight = system["x"], np.sqrt(system["w"])[:, None]
-    direction = np.sin(1 + 7.3 * np.arange(x.size)).reshape(x.shape) * (weight > 0)
-    size = 1e-6 * np.abs(x).max()  # m: small compared with an edge, large compared with rounding
-    for _ in range(300):
-        direction /= np.linalg.norm(direction)
-        move = weight * direction  # in sqrt(m) x the matrix is symmetric
-        scale = size / np.abs(move).max()
-        turned = (accelerations(system, x - scale * move) - accelerations(system, x + scale * move)) / (2 * scale)
-        direction = np.divide(turned, weight, where=weight > 0, out=np.zeros_like(x))
-    return math.sqrt(np.linalg.norm(direction))
-
-
-def symplectic_euler(system, h):
-    def step(x, v):
-        v = v + h * accelerations(system, x)
-        return x + h * v, v
-    return step
-
-
-def rk4(system, h):
-    def step(x, v):
-        a1 = accelerations(system, x)
-        v2, a2 = v + h / 2 * a1, accelerations(system, x + h / 2 * v)
-        v3, a3 = v + h / 2 * a2, accelerations(system, x + h / 2 * v2)
-        v4, a4 = v + h * a3, accelerations(system, x + h * v3)
-        return x + h / 6 * (v + 2 * v2 + 2 * v3 + v4), v + h / 6 * (a1 + 2 * a2 + 2 * a3 + a4)
-    return step
-
-
-def backward_euler(system, h):
-    """x' = x + h v', v' = v + h a(x'), by Newton's method with the true Hessian of the forces and a line search. Where the
-    factorisation fails, the indefinite part of compressed springs is left out of it."""
-    ends, mass, moves = system["ends"], system["mass"][:, None], (system["w"] > 0)[:, None]
-    n = system["x"].size
-    places = (3 * ends[:, :, None] + np.arange(3)).reshape(-1, 6)  # of a spring's coordinates
-    places = (n * places[:, :, None] + places[:, None, :]).ravel()  # of its part of the Hessian
-    free = np.repeat(moves.ravel(), 3)
-
-    def hessian(x, definite):
-        d, length = spring_vectors(system, x)
-        u, across = d / length[:, None], 1 - system["rest"] / length
-        along = u[:, :, None] * u[:, None, :]
-        across = np.maximum(0, across) if definite else across
-        K = h * h * system["stiffness"] * (along + across[:, None, None] * (np.eye(3) - along))
-        full = np.bincount(places, np.block([[K, -K], [-K, K]]).ravel(), n * n).reshape(n, n)
-        full[~free], full[:, ~free] = 0, 0
-        full[np.diag_indices(n)] += np.where(free, np.repeat(mass, 3), 1)
-        return full
-
-    def factor(x):
-        try:
-            return cho_factor(hessian(x, definite=False), lower=True)
-        except np.linalg.LinAlgError:
-            return cho_factor(hessian(x, definite=True), lower=True)
-
-    def step(x0, v0):
-        def objective(x):
-            return h * h * elastic_energy(system, x) + (mass * (x - y)**2).sum() / 2
-
-        x = x0 + h * v0
-        y = x + h * h * system["fall"]
-        tolerance = 1e-10 * np.linalg.norm(mass * (np.abs(y - x0) + 1e-9))
-        for _ in range(50):
-            r = moves * (mass * (x - y) - h * h * forces(system, x))
-            if np.linalg.norm(r) < tolerance:
-                break
-            move = cho_solve(factor(x), r.ravel()).reshape(x.shape)
-            before, slope, length = objective(x), (move * r).sum(), 1
-            # The last term is for rounding of the sum over all springs, which must not shorten the step.
-            while length > 1e-6 and objective(x - length * move) > before - 1e-4 * length * slope + 1e-12 * before:
-                length /= 2
-            x = x - length * move
-        return x, (x - x0) / h
-    return step
-
-
-def order_from_pins(system):
-    """All springs in order of their nearer end's graph distance from the pins."""
-    neighbours = [[] for _ in system["w"]]
-    for i, j in system["ends"].tolist():
-        neighbours[i].append(j)
-        neighbours[j].append(i)
-    front = np.flatnonzero(system["w"] == 0).tolist()
-    distance = dict.fromkeys(front, 0)
-    for i in front:
-        for j in neighbours[i]:
-            if j not in distance:
-                distance[j] = distance[i] + 1
-                front.append(j)
-    return np.argsort([min(distance[i], distance[j]) for i, j in system["ends"].tolist()], kind="stable")
-
-
-def order_by_colour(system):
-    """All springs by greedy colouring: springs of a colour have no movable particle in common."""
-    used, colours, moves = [set() for _ in system["w"]], [], (system["w"] > 0).tolist()
-    for ends in system["ends"].tolist():
-        taken = set().union(*(used[i] for i in ends if moves[i]))
-        colours.append(next(colour for colour in range(len(taken) + 1) if colour not in taken))
-        for i in ends:
-            used[i].add(colours[-1])
-    return np.argsort(colours, kind="stable")
-
-
-def plain_sweep(system, order, substeps, type=float, compliance=0.0):
-    """A plain Gauss-Seidel sweep: x += h v, with v += h g; one projection of each spring after the other (Müller et al.
-    2006; with a compliance, m/N, Macklin et al. 2016); v = (p - x) / h.
-
-    Returns two functions: advance() takes the substeps of a frame, state() returns x and v. Projections without a particle in
-    common commute. Each is therefore done as early as those before it in the order allow, together with others, also of
-    later substeps: a wave. Its results are those of one after the other, to the last bit.
-    """
-    count, moves, (a, b) = len(system["w"]), system["w"] > 0, system["ends"][order].T
-    levels, level_of, first = [], [0] * count, [0] * count  # of springs; the last and the first of each particle
-    for ends in zip(a.tolist(), b.tolist()):
-        levels.append(1 + max(level_of[i] for i in ends if moves[i]))
-        for i in ends:
-            level_of[i] = levels[-1]
-            first[i] = first[i] or levels[-1]
-    levels, first = np.array(levels), np.array(first)
-    period = 2 + (np.array(level_of) - first)[moves].max()  # between waves of a spring in two substeps
-    together = substeps if period < levels.max() else 1  # substeps whose waves overlap
-    h = FRAME / substeps
-    step, w, rest = type(h), system["w"].astype(type), system["rest"][order].astype(type)
-    total = w[a] + w[b] + type(compliance / (h * h))
-    x, v = (system[key].T.astype(type).ravel() for key in "xv")  # all x, then all y, then all z
-    p = x.copy()
-    fall = step * system["gravity"].astype(type)[:, None]
-    fall_of_all = (fall * moves).ravel()
-    axes = count * np.arange(3)[:, None]
-    waves, last = [], (together - 1) * period
-    for t in range(1, levels.max() + last + 1):
-        if levels.max() + 2 * period <= t <= last:
-            waves.append(waves[-period])
-            continue
-        k = np.flatnonzero((levels % period == t % period) & (levels <= t) & (levels >= t - last))
-        i = np.flatnonzero(moves & ((first - 1 - t) % period == 0) & (first - 1 <= t - period) & (first - 1 >= t - last))
-        waves.append(((axes[None] + np.stack([a[k], b[k]])[:, None]).ravel(), rest[k], total[k],
-                      np.stack([-w[a[k]], w[b[k]]])[:, None], (axes + i).ravel()))
-
-    def advance():
-        nonlocal p, v, x
-        for _ in range(substeps // together):
-            v += fall_of_all
-            p = x + step * v
-            for ends, rest, total, pull, turning in waves:
-                if len(rest):
-                    both = p.take(ends).reshape(2, 3, -1)
-                    d = both[0] - both[1]
-                    length = lengths(d)
-                    d *= (length - rest) / (length * total)
-                    both += pull * d
-                    p[ends] = both.ravel()
-                if len(turning):  # particles whose substep has ended begin the next one
-                    at = p.take(turning)
-                    move = ((at - x.take(turning)) / step).reshape(3, -1) + fall
-                    x[turning] = at
-                    p[turning] = at + step * move.ravel()
-            v, x = (p - x) / step, p
-
-    def state():
-        return tuple(one.reshape(3, -1).T.astype(float) for one in (x, v))
-    return advance, state
-
-
-def linearised_sweep(system, order):
-    """The matrix of a sweep over hard constraints in this order, which acts on small displacements from rest: the product of
-    the projections of their linearised lengths."""
-    T = np.eye(system["x"].size).reshape(-1, 3, system["x"].size)
-    for a, b in system["ends"][order]:
-        wa, wb = system["w"][[a, b]]
-        d = system["x"][a] - system["x"][b]
-        d /= np.linalg.norm(d)
-        stretch = d @ (T[a] - T[b]) / (wa + wb)
-        T[a] -= wa * np.outer(d, stretch)
-        T[b] += wb * np.outer(d, stretch)
-    return T.reshape(system["x"].size, -1)
-
-
-def amplification_of_sweep(T):
-    """The amplification factor of a substep whose sweep is T: the spectral radius of y' = T (2 y - previous y)."""
-    mu = np.linalg.eigvals(T).astype(complex)
-    root = np.sqrt(mu * mu - mu)
-    return np.abs([mu + root, mu - root]).max()
-
-
 # ---- Trials ----------------------------------------------------------------------------------------------------------
 
 
-def reference_trial(system, step, steps, scale):
-    """A trial of an integrator. step: a function of x and v. scale: J, the potential energy that the body can lose."""
-    state = [system["x"], system["v"]]
-
-    def advance(n):
-        for _ in range(n):
-            state[:] = step(*state)
-    return {"advance": advance, "sample": lambda: sample_of(system, *state), "steps": steps, "scale": scale, "warned": False}
+def reference_system(scene):
+    """The springs of a scene's only body, and its start."""
+    return reference.System(json.dumps(scene))
 
 
-def sweep_trial(system, order, substeps, type, compliance, frames, scale):
-    advance, state = plain_sweep(system, order, substeps, type, compliance)
-    return {"advance": lambda n: [advance() for _ in range(n)], "sample": lambda: sample_of(system, *state()), "steps": frames,
-            "scale": scale, "warned": False}
+def sample_of(system, x, v, elastic=True):
+    """The largest and the RMS strain, and the energy (J), with that of the springs or without."""
+    strain, now = system.strains(x), system.conserved(x, v)
+    return np.abs(strain).max(), np.sqrt((strain**2).mean()), now["kinetic"] + now["potential"] + elastic * now["elastic"]
+
+
+def integrator_trial(system, method, h, steps, scale):
+    """A trial of an integrator with steps of h (s). scale: J, the potential energy that the body can lose."""
+    run = reference.Integrator(system, method, system.positions, system.velocities)
+    return {"advance": lambda n: run.advance(h, n), "sample": lambda: sample_of(system, run.positions, run.velocities),
+            "steps": steps, "scale": scale, "warned": False}
+
+
+def sweep_trial(system, order, precision, compliance, substeps, frames, scale):
+    """A trial of a plain sweep, with a number of substeps a frame."""
+    run = reference.PlainSweep(system, order, precision, compliance)
+    return {"advance": lambda n: run.advance(FRAME / substeps, n * substeps),
+            "sample": lambda: sample_of(system, run.positions, run.velocities, elastic=False),
+            "steps": frames, "scale": scale, "warned": False}
 
 
 def malha_trial(scene, steps, scale):
@@ -436,8 +195,8 @@ def column(values, whole, outcome_at):
 
 def panel_of(study, key, title, x, y, outcome_at, unit="", whole=True, theory=(), ours=True):
     """A panel of a map with its columns, one cell each. x, y: (name, values), those of y from the safest to the least safe.
-    outcome_at: the outcome of the trial at x and y. theory: (title, y at each x) of predicted boundaries. ours: whether it
-    is a method of malha."""
+    outcome_at: the outcome of the trial at x and y. theory: (title, y at each x) of predicted boundaries. ours: true for a
+    method of malha."""
     columns = study.cells(x[1], lambda at: f"{key}{at:g}{unit}", lambda at: column(y[1], whole, lambda y: outcome_at(at, y)))
     return {"title": title, "x": x, "y": y, "columns": columns, "theory": theory, "ours": ours}
 
@@ -480,7 +239,7 @@ def map_chart(title, panels, across):
     down = -(-len(panels) // across)
     wide, high = (max(len(panel[axis][1]) for panel in panels) for axis in "xy")
     longest = max(len(panel["title"]) for panel in panels)
-    size = (0.6 + across * max(0.9 + 0.42 * wide, 0.095 * longest), 1.6 + down * (1.0 + 0.28 * high))
+    size = (max(9.5, 0.6 + across * max(0.9 + 0.42 * wide, 0.095 * longest)), 1.7 + down * (1.0 + 0.28 * high))
     figure, all_axes = plt.subplots(down, across, figsize=size, squeeze=False)
     lines = {}
     for axes, panel in zip(all_axes.ravel(), panels):
@@ -488,7 +247,7 @@ def map_chart(title, panels, across):
         ascending = np.argsort(ys)
         verdicts, warned = (np.array([one[key] for one in panel["columns"]])[:, ascending].T for key in ("verdicts", "warned"))
         axes.pcolormesh(verdicts, cmap=ListedColormap(COLOURS), vmin=STABLE, vmax=DIVERGED, edgecolors="white", linewidth=1)
-        axes.plot(*(np.argwhere(warned).T[::-1] + 0.5), ls="none", marker="o", markersize=3, color="#222222")
+        axes.plot(*(np.argwhere(warned).T[::-1] + 0.5), ls="none", marker="o", markersize=3, color="#222222", zorder=4)
         for k, found in enumerate(panel["columns"]):
             for edge in found["edges"]:
                 axes.hlines(sum(place(ys, y) for y in edge) / 2 + 0.5, k + 0.02, k + 0.98, color="#222222", lw=2)
@@ -513,8 +272,8 @@ def map_chart(title, panels, across):
                 Line2D([], [], color="#222222", lw=2, label="boundary, by bisection")]
     for line, drawn in lines.items():
         drawn.set_label(line)
-    figure.tight_layout(rect=(0, 0.95 / size[1], 1, 1 - 0.1 / size[1]))
-    figure.legend(handles=handles + list(lines.values()), loc="lower center", ncol=4, fontsize=9,
+    figure.tight_layout(rect=(0, 1 / size[1], 1, 1 - 0.1 / size[1]))
+    figure.legend(handles=handles + list(lines.values()), loc="lower center", ncol=3, fontsize=9,
                   bbox_to_anchor=(0.5, 0.22 / size[1]))
     return figure
 
@@ -535,6 +294,13 @@ def line(study, name, title, settings, run, scale=1):
     return title, [(scale * at, study.cell(f"{name}, {title}, {at:g}", lambda: value(lambda: run(at)))) for at in settings]
 
 
+def finish(figure, title):
+    """Gives the chart of several lines its title, and a legend at the right."""
+    figure.suptitle(title, fontsize=13)
+    figure.legend(loc="center right", fontsize=10)
+    figure.subplots_adjust(left=0.09, right=0.71, top=0.92)
+
+
 def lines_section(study, name, title, x_name, y_name, lines, sentences):
     """Adds the section of lines over one setting, with chart, table and rows. lines: (title, points); sentences: made from
     {title: [(x, y), ...]}, where y is NaN if the run was no longer finite."""
@@ -547,9 +313,7 @@ def lines_section(study, name, title, x_name, y_name, lines, sentences):
         positive = [point for point in shown[line_title] if point[1] > 0]
         axes.plot(*zip(*positive), marker="sovDP^X"[k % 7], label=line_title, markersize=7) if positive else None
     axes.set(xscale="log", yscale="log", xlabel=x_name, ylabel=y_name)
-    figure.suptitle(title, fontsize=13)
-    figure.legend(loc="center right", fontsize=10)
-    figure.subplots_adjust(left=0.09, right=0.71, top=0.92)
+    finish(figure, title)
     table = []
     for x in sorted({x for points in shown.values() for x, _ in points}):
         values = [dict(points).get(x) for points in shown.values()]
@@ -560,87 +324,11 @@ def lines_section(study, name, title, x_name, y_name, lines, sentences):
 # ---- Irregular meshes ------------------------------------------------------------------------------------------------
 
 
-def split_mix_64(state=2019):
-    """The numbers of SplitMix64 (Steele, Lea, Flood 2014)."""
-    most = 2**64 - 1
+def mt19937(seed):
+    """The numbers of the Mersenne Twister with 32 bits, as in C++."""
+    random = np.random.RandomState(seed)
     while True:
-        state = (state + 0x9E3779B97F4A7C15) & most
-        z = ((state ^ (state >> 30)) * 0xBF58476D1CE4E5B9) & most
-        z = ((z ^ (z >> 27)) * 0x94D049BB133111EB) & most
-        yield z ^ (z >> 31)
-
-
-def irregular_sheet(by_rows, side=17):
-    """The shape of a square sheet of 1 m that resembles scanned clothes: a lattice whose points are moved by up to 0.2 cells
-    (those of the border along it), whose diagonals are chosen at random, and many of whose edges are flipped where both
-    triangles stay well-shaped. Points are numbered row by row, or points and triangles are shuffled."""
-    random = split_mix_64()
-
-    def coordinate(i):
-        shift = 0.2 * ((next(random) >> 11) * 2.0**-52 - 1)
-        return 0.0 if i == 0 else 1.0 if i == side - 1 else (i + shift) * (1 / (side - 1))
-
-    points = [(coordinate(x), 0.0, coordinate(z)) for z in range(side) for x in range(side)]
-    corners = []  # half-edge 3 t + k leads from corner k of triangle t to the next corner
-    for z in range(side - 1):
-        for x in range(side - 1):
-            a = z * side + x
-            b, c, d = a + 1, a + side, a + side + 1
-            corners += (a, c, b, b, c, d) if next(random) & 1 else (a, c, d, a, d, b)
-
-    def following(h):
-        return h - 2 if h % 3 == 2 else h + 1
-
-    ends = {(corners[h], corners[following(h)]): h for h in range(len(corners))}
-    twin = [ends.get((corners[following(h)], corners[h]), -1) for h in range(len(corners))]
-    valence = [0] * len(points)  # number of edges of each point
-    for h, corner in enumerate(corners):
-        valence[corner] += 1
-        valence[corners[following(h)]] += twin[h] < 0  # no half-edge leaves the end for the start
-
-    def well_shaped(a, b, c):
-        (ax, _, az), (bx, _, bz), (cx, _, cz) = points[a], points[b], points[c]
-        twice_area = (bz - az) * (cx - ax) - (bx - ax) * (cz - az)
-        squares = sum(u * u + v * v for u, v in ((bx - ax, bz - az), (cx - bx, cz - bz), (ax - cx, az - cz)))
-        return 2 * math.sqrt(3) * twice_area > 0.5 * squares  # which are equal for the equilateral triangle, without the half
-
-    for _ in range(3 * len(corners)):
-        h = next(random) % len(corners)
-        g = twin[h]
-        if g < 0:
-            continue
-        hn, gn = following(h), following(g)
-        hp, gp = following(hn), following(gn)
-        a, b, c, d = corners[h], corners[g], corners[hp], corners[gp]
-        fewest = (3 if {i % side, i // side} & {0, side - 1} else 4 for i in (a, b))
-        if any(valence[i] <= few for i, few in zip((a, b), fewest)) or valence[c] >= 9 or valence[d] >= 9:
-            continue
-        if not well_shaped(c, a, d) or not well_shaped(d, b, c):
-            continue
-        for i, change in ((a, -1), (b, -1), (c, 1), (d, 1)):
-            valence[i] += change
-        s, t = h // 3 * 3, g // 3 * 3
-        pairs = list(zip((s, s + 1, t, t + 1), (twin[hp], twin[gn], twin[gp], twin[hn]))) + [(s + 2, t + 2)]
-        corners[s:s + 3], corners[t:t + 3] = (c, a, d), (d, b, c)
-        for one, other in pairs:
-            twin[one] = other
-            if other >= 0:
-                twin[other] = one
-
-    def shuffle(items):
-        for i in range(len(items) - 1, 0, -1):
-            other = next(random) % (i + 1)
-            items[i], items[other] = items[other], items[i]
-        return items
-
-    number = shuffle(list(range(len(points))))
-    faces = shuffle([[number[i] for i in corners[h:h + 3]] for h in range(0, len(corners), 3)])
-    points = np.array(points)[np.argsort(number)]
-    if by_rows:
-        order = np.lexsort((points[:, 0], np.round((side - 1) * points[:, 2])))
-        number, points = np.argsort(order), points[order]
-        faces = sorted([int(number[i]) for i in face] for face in faces)
-    return malha.shape(points, faces)
+        yield int(random.randint(0, 2**32, dtype=np.uint32))
 
 
 def irregular_shell(seed, subdivisions=2):
@@ -737,14 +425,14 @@ def steps_map(study):
     scale = 0.2 * G  # J
     y = ("time step (s)", [1e-4, 1e-3, 1e-2, 1e-1] if study.quick else [1e-5, 3e-5, 1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.3])
     x = ("stiffness (N/m)", [1e3, 1e5] if study.quick else [1e2, 1e3, 1e4, 1e5, 1e6, 1e7])
-    systems = {k: spring_system(hanging_sheet(n, 1, 0.2, 1 / k)) for k in x[1]}
-    omegas = [largest_frequency(systems[k]) for k in x[1]]
+    systems = {k: reference_system(hanging_sheet(n, 1, 0.2, 1 / k)) for k in x[1]}
+    omegas = [systems[k].largest_frequency() for k in x[1]]
     desbrun = {"type": "desbrun", "filter": "sparse"}
     solvers = {"XPBD, 1 iteration": {}, "XPBD, 10 iterations": {"iterations": 10}, "Desbrun, sparse": desbrun,
                "Desbrun, dense": desbrun | {"filter": "dense"},
                "Desbrun, int16": desbrun | {"filter": "dense", "storage": "int16"},
                "Desbrun, refine 8": desbrun | {"refinement_iterations": 8}}
-    integrators = {"symplectic Euler": (symplectic_euler, 2), "RK4": (rk4, 2.828), "backward Euler": (backward_euler, None)}
+    limits = {"symplectic Euler": 2, "RK4": 2.828, "backward Euler": None}  # of omega_max h, by theory
 
     def steps_of(h, most=most):  # for 2 s
         return int(np.clip(math.ceil(2 / h), min(200, most), most))
@@ -753,18 +441,15 @@ def steps_map(study):
         scene["solver"] |= {"dt": h, "substeps": 1}
         return judge(malha_trial(scene, steps_of(h), scale))
 
-    def by_integrator(integrator, k, h, most):
-        return judge(reference_trial(systems[k], integrator(systems[k], h), steps_of(h, most), scale))
-
     panels = []
     for title, solver in solvers.items():
         panels.append(panel_of(study, f"steps: {title}, ", title, x, y,
                                lambda k, h: by_malha(hanging_sheet(n, 1, 0.2, 1 / k, **solver), h), " N/m", whole=False))
-    for title, (integrator, limit) in integrators.items():
+    for title, limit in limits.items():
         theory = [(f"omega h = {limit:.2f}, from the spectrum", [limit / omega for omega in omegas])] if limit else []
-        panels.append(panel_of(study, f"steps: {title}, ", title, x, y,
-                               lambda k, h: by_integrator(integrator, k, h, most if limit else newton), " N/m", whole=False,
-                               theory=theory, ours=False))
+        panels.append(panel_of(study, f"steps: {title}, ", title, x, y, lambda k, h: judge(integrator_trial(
+            systems[k], title, h, steps_of(h, most if limit else newton), scale)), " N/m", whole=False, theory=theory,
+            ours=False))
 
     def by_pbd(stiffness, h):
         scene = hanging_sheet(n, 1, 0.2, 0)
@@ -780,7 +465,7 @@ def steps_map(study):
                  "energy grows by more than 5 % of the potential energy that the sheet can lose; diverged: no longer finite, or "
                  "grown by more than ten times that energy.", steps_sentence(pbd)]
     for panel in panels:
-        limit, found = integrators.get(panel["title"], (None, None))[1], failure_range(panel, omegas)
+        limit, found = limits.get(panel["title"]), failure_range(panel, omegas)
         sentences.append(steps_sentence(panel) if limit is None else f"{panel['title']} fails " + (
             "nowhere on the map." if found is None
             else f"from omega_max h = {found[0]:.2f} to {found[1]:.2f}; theory says {limit:.2f}."))
@@ -872,11 +557,10 @@ def resolution_map(study):
 # ---- The order of the sweep ------------------------------------------------------------------------------------------
 
 SOFT = 1e-4  # m/N
-SWEEPS = {"plain, from the pins, double": (order_from_pins, "double", 0),  # order, precision, compliance
-          "plain, from the pins, float": (order_from_pins, "float", 0),
-          "plain, colours, double": (order_by_colour, "double", 0), "plain, colours, float": (order_by_colour, "float", 0),
+SWEEPS = {"plain, from the pins, double": ("pins", "double", 0), "plain, from the pins, float": ("pins", "float", 0),
+          "plain, colours, double": ("colours", "double", 0), "plain, colours, float": ("colours", "float", 0),
           "malha, double": (None, "double", 0), "malha, float": (None, "float", 0),
-          "plain, from the pins, 10 kN/m": (order_from_pins, "float", SOFT), "malha, 10 kN/m": (None, "float", SOFT)}
+          "plain, from the pins, 10 kN/m": ("pins", "float", SOFT), "malha, 10 kN/m": (None, "float", SOFT)}
 
 
 def order_trial(title, n, substeps, systems):
@@ -886,9 +570,9 @@ def order_trial(title, n, substeps, systems):
     if order is None:
         return malha_trial(corner_pinned_sheet(n, 2, 1, compliance, substeps=substeps, precision=precision), frames, scale)
     if n not in systems:
-        systems[n] = spring_system(corner_pinned_sheet(n, 2, 1, 0), stiffness=0)  # hard: no elastic energy
-    type = {"float": np.float32, "double": np.float64}[precision]
-    return sweep_trial(systems[n], order(systems[n]), substeps, type, compliance, frames, scale)
+        systems[n] = reference_system(corner_pinned_sheet(n, 2, 1, 1))  # sweeps do not use its compliance
+    springs = (reference.order_from_pins if order == "pins" else reference.order_by_colour)(systems[n])
+    return sweep_trial(systems[n], springs, precision, compliance, substeps, frames, scale)
 
 
 def strains_over_time(trial):
@@ -945,16 +629,12 @@ def order_map(study):
                          f"{title}: no longer finite after {len(strains)} frames, RMS strain {last:.2g} before.")
     axes.set(yscale="log", xlabel="time (s)", ylabel="RMS strain")
     axes.set_ylim(1e-4, min(1e15, 10 * max(max(cell["rms"], default=1) for cell in kept)))
-    figure.suptitle(case, fontsize=13)
-    figure.legend(loc="center right", fontsize=10)
-    figure.subplots_adjust(left=0.09, right=0.71, top=0.92)
+    finish(figure, case)
     study.section(f"Order of the sweep: {case}", sentences,
                   ["sweep", "RMS strain at the end", "frames until it was no longer finite"], table, ("order_time", figure))
 
 
 # ---- Growth of small motions -----------------------------------------------------------------------------------------
-
-
 
 
 def growth_of(scene, steps=180):
@@ -987,8 +667,7 @@ def growth_of(scene, steps=180):
         """The linearised step, and the logarithm of the factor by which it multiplies the velocities."""
         x, v = (one * small / max(np.abs(x).max(), FRAME * np.abs(v).max()) for one in (x, v))
         after = [one - at_rest for one, at_rest in zip(step(rest + moves * x, moves * v), (x_at_rest, v_at_rest))]
-        with np.errstate(divide="ignore"):
-            return *after, np.log(np.linalg.norm(after[1]) / np.linalg.norm(v))
+        return *after, np.log(np.linalg.norm(after[1]) / np.linalg.norm(v))
 
     numbers, random = [], 1  # Numerical Recipes' linear congruence
     for _ in range(rest.size):
@@ -997,29 +676,24 @@ def growth_of(scene, steps=180):
     v = np.reshape(numbers, rest.shape) * moves
     v *= small / (FRAME * np.abs(v).max())
     v = v - advance(0 * v, v)[1]  # the difference removes zero modes, which keep their velocities
-    growth, length = 0.0, max(4, steps // 3)
+    growth, length = 0.0, steps // 3
     for _ in range(3):
+        x, velocities, logs = 0 * v, [v], [0.0]
+        for _ in range(length):
+            x, v, change = advance(x, v)
+            velocities.append(v)
+            logs.append(logs[-1] + change)
+            if not math.isfinite(logs[-1]):  # all motion has ended
+                return growth
         # The velocities of a mode oscillate. From rest they exceed their start only if the mode grows, and then their peaks
         # grow. The rate of a decaying mode follows from the peaks of the last two quarters.
-        x, log, next_v = 0 * v, 0.0, v
-        early, third, last = (0, 0.0), (0, -math.inf), (0, -math.inf)
-        for k in range(1, length + 1):
-            x, v, change = advance(x, v)
-            log += change
-            if not math.isfinite(log):  # all motion has ended
-                return growth
-            if 2 * k <= length:
-                early = max(early, (k, log), key=lambda peak: peak[1])
-            elif 4 * k <= 3 * length:
-                third = max(third, (k, log), key=lambda peak: peak[1])
-            elif log > last[1]:
-                last, next_v = (k, log), v
-        late = third if third[1] > last[1] else last
-        if late[1] > early[1]:
-            growth = (late[1] - early[1]) / (late[0] - early[0]) / FRAME
-        else:
-            growth = min(0.0, (last[1] - third[1]) / (last[0] - third[0]) / FRAME)
-        v = next_v
+        parts = ((0, length // 2 + 1), (length // 2 + 1, 3 * length // 4 + 1), (3 * length // 4 + 1, length + 1))
+        early, third, last = (first + int(np.argmax(logs[first:end])) for first, end in parts)
+        late = third if logs[third] > logs[last] else last
+        grows = logs[late] > logs[early]
+        before, after = (early, late) if grows else (third, last)
+        rate = (logs[after] - logs[before]) / (after - before) / FRAME
+        growth, v = rate if grows else min(0.0, rate), velocities[last]
     return growth
 
 
@@ -1027,19 +701,20 @@ def growth_of(scene, steps=180):
 def growth_by_order(study):
     """Growth of small motions about rest, by the order of the sweep."""
     name, least = "amplification", 0.1  # 1/s; smaller and negative growth is drawn there
-    system = spring_system(body_in_vacuum(SHELL, [LENGTHS]), stiffness=0)
-    in_order = np.arange(len(system["ends"]))
-    shuffled, random = in_order.tolist(), mt19937(1)
+    system = reference_system(body_in_vacuum(SHELL, [LENGTHS | {"compliance": 1}]))  # which sweeps do not use
+    by_colours = reference.order_by_colour(system)
+    in_order = sorted(by_colours)
+    shuffled, random = in_order.copy(), mt19937(1)
     for k in range(len(shuffled), 1, -1):
         other = next(random) % k
         shuffled[k - 1], shuffled[other] = shuffled[other], shuffled[k - 1]
-    orders = {"one way, in order": in_order, "one way, shuffled": shuffled, "one way, by colours": order_by_colour(system),
-              "there and back, in order": [*in_order, *in_order[::-1]]}
+    orders = {"one way, in order": in_order, "one way, shuffled": shuffled, "one way, by colours": by_colours,
+              "there and back, in order": in_order + in_order[::-1]}
     if study.quick:
         orders = {title: orders[title] for title in ("one way, in order", "there and back, in order")}
     counts = [10, 160] if study.quick else [10, 20, 40, 80, 160]
     of_substep = study.cells(orders, lambda title: f"{name}, {title}",
-                             lambda title: {"y": amplification_of_sweep(linearised_sweep(system, orders[title]))})
+                             lambda title: {"y": reference.amplification_of_sweep(system, orders[title])})
     malha_line = line(study, name, "malha", counts, lambda n: max(least, growth_of(body_in_vacuum(SHELL, [LENGTHS], n))))
     if study.partial:
         return
@@ -1066,8 +741,12 @@ def growth_by_kind(study):
              "distance, isometric_bending of 1e-3 N m": [LENGTHS, {"type": "isometric_bending"} | bending],
              "distance, plate of 1e-3 N m": [LENGTHS, {"type": "plate", "poisson_ratio": 0} | bending],
              "membrane of 1 kN/m": [{"type": "membrane", "young_modulus": 1000, "poisson_ratio": 0.3}]}
-    meshes = {"grid of 17 x 17": {"grid": {"size": [1, 1], "cells": [16, 16]}}, "irregular, by rows": irregular_sheet(True),
-              "irregular, shuffled": irregular_sheet(False)}
+    points, faces = irregular_sheet(17)
+    points = points / SIDE
+    order = np.lexsort((points[:, 0], np.round(16 * points[:, 2])))
+    meshes = {"grid of 17 x 17": {"grid": {"size": [1, 1], "cells": [16, 16]}},
+              "irregular, by rows": malha.shape(points[order], sorted(np.argsort(order)[faces].tolist())),
+              "irregular, shuffled": malha.shape(points, faces)}
     if study.quick:
         del kinds["membrane of 1 kN/m"], meshes["grid of 17 x 17"], meshes["irregular, by rows"]
     cases = [(kind, mesh, (meshes[mesh], kinds[kind]), {}) for kind in kinds for mesh in meshes]
@@ -1099,10 +778,9 @@ def growth_by_kind(study):
 def minute_in_vacuum(study):
     """Conservation of energy and both momenta of a free body over a minute."""
     times = [1, 10] if study.quick else [1, 2, 5, 10, 20, 60]
-    scene = body_in_vacuum(SHELL, [LENGTHS], transform={"scale": [1, 2, 0.5]}, velocity=[0.3, 0.2, -0.1],
-                           spin=[2, 3, -1])  # so that it tumbles
-    system = spring_system(scene, stiffness=0)
-    then = conserved(system, system["x"], system["v"])
+    motion = {"transform": {"scale": [1, 2, 0.5]}, "velocity": [0.3, 0.2, -0.1], "spin": [2, 3, -1]}  # so that it tumbles
+    system = reference_system(body_in_vacuum(SHELL, [LENGTHS | {"compliance": 1}], **motion))
+    then = system.conserved(system.positions, system.velocities)
 
     def changes(advance, state):
         """Changes of energy, momentum and angular momentum, over what there was, at all times."""
@@ -1110,19 +788,19 @@ def minute_in_vacuum(study):
         for time in times:
             advance(round(time / FRAME) - frames)
             frames = round(time / FRAME)
-            now = conserved(system, *state())
-            found.append([np.linalg.norm(a - b) / np.linalg.norm(b) for a, b in zip(now, then)])
+            now = system.conserved(*state())
+            found.append([np.linalg.norm(np.subtract(now[key], then[key])) / np.linalg.norm(then[key]) for key in keys])
         return {"at": found}
 
     def by_malha(precision):
-        simulation = malha.Simulation(scene | {"solver": scene["solver"] | {"precision": precision}}, threads=1)
+        simulation = malha.Simulation(body_in_vacuum(SHELL, [LENGTHS], precision=precision, **motion), threads=1)
         return changes(simulation.step, lambda: (simulation.positions, simulation.velocities))
 
     def one_way():
-        advance, state = plain_sweep(system, order_by_colour(system), 10)
-        return changes(lambda n: [advance() for _ in range(n)], state)
+        sweep = reference.PlainSweep(system, reference.order_by_colour(system))
+        return changes(lambda n: sweep.advance(FRAME / 10, 10 * n), lambda: (sweep.positions, sweep.velocities))
 
-    quantities = ("energy", "momentum", "angular momentum")
+    keys, quantities = ("kinetic", "momentum", "angular_momentum"), ("energy", "momentum", "angular momentum")
     methods = [("one way", (0, 2), one_way), ("malha, float", (1, 2), lambda: by_malha("float")),
                ("malha, double", (0, 1, 2), lambda: by_malha("double"))]
     cells = study.cells(methods, lambda method: f"minute: {method[0]}", lambda method: method[2]())
@@ -1147,17 +825,15 @@ def stiffness_failure(study):
     strain = 0.05  # mean over the links
     compliance = strain * 0.1 / (0.1 / 11 * G * 5.5)  # over the mean load of a link
 
-    def elongation(stiffness, compliance, **solver):
-        scene = pinned_chain([0, -1, 0], 10, 0.1, compliance, precision="double", **solver)
-        scene["bodies"][0]["damping"] = 0.3
-        if not compliance:
-            scene["bodies"][0]["constraints"][0]["stiffness"] = stiffness
+    def elongation(material, **solver):
+        scene = pinned_chain([0, -1, 0], 10, 0.1, 0, precision="double", **solver)
+        scene["bodies"][0] |= {"damping": 0.3, "constraints": [LENGTHS | material]}
         return abs(simulate(scene, 300).positions[-1, 1] + 1)
 
     counts = [1, 8, 64] if study.quick else [2**k for k in range(8)]
     lines = [line(study, "stiffness", f"{method}, {counted}", counts,
-                  lambda n: elongation(0.5, softness, **{"substeps": 1, "iterations": 1} | {counted: n}))
-             for method, softness in (("PBD, stiffness 0.5", 0), ("compliance", compliance))
+                  lambda n: elongation(material, **{"substeps": 1, "iterations": 1} | {counted: n}))
+             for method, material in (("PBD, stiffness 0.5", {"stiffness": 0.5}), ("compliance", {"compliance": compliance}))
              for counted in ("substeps", "iterations")]
     if study.partial:
         return
@@ -1186,20 +862,18 @@ def rms_distance(a, b):
 @part(14, 6)
 def substeps_failure(study):
     """Float with many substeps."""
-    system = spring_system(hanging_sheet(17, 1, 0.2, 0), stiffness=0)
-    order = order_by_colour(system)
+    system = reference_system(hanging_sheet(17, 1, 0.2, 1))  # sweeps do not use its compliance
 
-    def swept(type, substeps):
-        advance, state = plain_sweep(system, order, substeps, type)
-        for _ in range(30):
-            advance()
-        return state()[0]
+    def swept(precision, substeps):
+        sweep = reference.PlainSweep(system, reference.order_by_colour(system), precision)
+        sweep.advance(FRAME / substeps, 30 * substeps)
+        return sweep.positions
 
     counts = [1, 32, 1024] if study.quick else [4**k for k in range(7)]
     plain = "plain sweep, v = (p - x) / h"
     lines = [line(study, "substeps", "malha", counts,
                   lambda n: rms_distance(sheet_positions("float", n), sheet_positions("double", n))),
-             line(study, "substeps", plain, counts, lambda n: rms_distance(swept(np.float32, n), swept(np.float64, n)))]
+             line(study, "substeps", plain, counts, lambda n: rms_distance(swept("float", n), swept("double", n)))]
     if study.partial:
         return
     lines_section(study, "substeps", "Float with many substeps: 17 x 17 particles pinned at one row, after 0.5 s",
@@ -1233,13 +907,6 @@ def distance_failure(study):
 # ---- Collapsed starts, and thin surfaces -----------------------------------------------------------------------------
 
 
-def mt19937(seed):
-    """The numbers of the Mersenne Twister with 32 bits, as in C++."""
-    random = np.random.RandomState(seed)
-    while True:
-        yield int(random.randint(0, 2**32, dtype=np.uint32))
-
-
 @part(12, 12)
 def start_failure(study):
     """Random and collapsed initial states of a sheet that is pinned at two corners: RMS strains at the start, after 0.5 s and
@@ -1268,14 +935,14 @@ def start_failure(study):
         return {"strain": strains, "degenerate": simulation.measure()["degenerate_constraints_skipped"]}
 
     def by_euler(scene, start):
-        system = spring_system(scene)
-        h = 0.5 / largest_frequency(system)
-        x, v = start_positions(scene | {"solver": scene["solver"] | {"precision": "double"}}, start), 0 * system["x"]
-        strains, step = [sample_of(system, x, v)[1]], symplectic_euler(system, h)
+        system = reference_system(scene)
+        h = 0.5 / system.largest_frequency()
+        x = start_positions(scene | {"solver": scene["solver"] | {"precision": "double"}}, start)
+        run = reference.Integrator(system, "symplectic Euler", x, 0 * x)
+        strains = [sample_of(system, x, 0 * x)[1]]
         for steps in (int(half * FRAME / h), int(end * FRAME / h) - int(half * FRAME / h)):
-            for _ in range(steps):
-                x, v = step(x, v)
-            strains.append(sample_of(system, x, v)[1])
+            run.advance(h, steps)
+            strains.append(sample_of(system, run.positions, run.velocities)[1])
         return {"strain": strains, "degenerate": None}
 
     def unfold(case):
@@ -1452,12 +1119,11 @@ def turning_failure(study):
         return pinned_chain([1, 0, 0], 10, 0.1, 1 / k, **solver)
 
     def true_positions(k):
-        system = spring_system(falling_chain(k))
-        steps = math.ceil(frames * FRAME / (0.5 / largest_frequency(system)))
-        step, x, v = rk4(system, frames * FRAME / steps), system["x"], system["v"]
-        for _ in range(steps):
-            x, v = step(x, v)
-        return x.ravel()
+        system = reference_system(falling_chain(k))
+        steps = math.ceil(frames * FRAME / (0.5 / system.largest_frequency()))
+        run = reference.Integrator(system, "RK4", system.positions, system.velocities)
+        run.advance(frames * FRAME / steps, steps)
+        return run.positions.ravel()
 
     def measure():  # errors need the reference solution
         truth = {k: np.reshape(study.cell(f"turning: truth, {k:g}", lambda: true_positions(k)), (-1, 3)) for k in stiffnesses}
@@ -1512,8 +1178,8 @@ def weight_failure(study):
 def measure(study):
     study.plan(sum(quick_cells if study.quick else cells for cells, quick_cells in PARTS.values()))
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):  # of what diverges
-        for run in PARTS:
-            run(study)
+        for function in PARTS:
+            function(study)
 
 
 if __name__ == "__main__":

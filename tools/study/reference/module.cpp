@@ -4,6 +4,9 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
+#include <algorithm>
+#include <functional>
+
 #include "host/base/stopwatch.h"
 #include "tools/study/reference/chain.h"
 #include "tools/study/reference/elastica.h"
@@ -40,6 +43,47 @@ py::dict conserved(const System& system, const Rows& x, const Rows& v) {
   return py::dict("kinetic"_a = sum.kinetic, "potential"_a = sum.potential, "elastic"_a = sum.elastic,
                   "energy"_a = sum.energy(), "momentum"_a = sum.momentum, "angular_momentum"_a = sum.angular_momentum);
 }
+
+const SpringSystem& springs_of(const System& system) {
+  const auto* springs = dynamic_cast<const SpringSystem*>(&system);
+  if (springs == nullptr) throw py::value_error("found tetrahedra; allowed: springs");
+  return *springs;
+}
+
+const std::vector<int>& checked(const std::vector<int>& order, const SpringSystem& system) {
+  const int count = static_cast<int>(system.springs.size());
+  for (const int s : order)
+    if (s < 0 || s >= count)
+      throw py::value_error("found spring " + std::to_string(s) + "; allowed: 0 to " + std::to_string(count - 1));
+  return order;
+}
+
+/// A plain sweep in float or double.
+class Sweep {
+ public:
+  Sweep(const System& of, const std::optional<std::vector<int>>& order, const std::string& precision,
+        double compliance) {
+    const SpringSystem& system = springs_of(of);
+    const auto make = [&]<class R>(R) {
+      const auto sweep = std::make_shared<PlainSweep<R>>(
+          system, order ? checked(*order, system) : order_by_colour(system), compliance);
+      substep_ = [sweep](double h) { sweep->substep(h); };
+      state_ = [sweep] { return sweep->state(); };
+    };
+    if (precision != "float" && precision != "double")
+      throw py::value_error("found the precision \"" + precision + "\"; allowed: float, double");
+    precision == "float" ? make(float()) : make(double());
+  }
+
+  void advance(double h, int substeps) {
+    while (substeps-- > 0) substep_(h);
+  }
+  State state() const { return state_(); }
+
+ private:
+  std::function<void(double)> substep_;
+  std::function<State()> state_;
+};
 
 /// A state that one of the integrators advances.
 class Integrator {
@@ -128,22 +172,33 @@ PYBIND11_MODULE(_malha_reference, module) {
       .def_property_readonly("velocities", &Integrator::v, "(N, 3), m/s.")
       .def_property_readonly("factorisations", &Integrator::factorisations, "Number so far, of backward Euler.");
 
-  py::class_<PlainSweep<double>>(module, "PlainSweep",
-                                 "Position Based Dynamics of a System of springs: in each substep one sweep in one "
-                                 "direction over its springs, by colours.")
-      .def(py::init([](const System& s) {
-             const auto& springs = dynamic_cast<const SpringSystem&>(s);
-             return PlainSweep<double>(springs, order_by_colour(springs));
-           }),
-           "system"_a, py::keep_alive<1, 2>())
-      .def(
-          "advance",
-          [](PlainSweep<double>& s, double h, int n) {
-            while (n-- > 0) s.substep(h);
-          },
-          "h"_a, "substeps"_a, "Takes substeps of h (s).")
+  py::class_<Sweep>(module, "PlainSweep",
+                    "Position Based Dynamics of a System of springs: in each substep one sweep in one direction over "
+                    "its springs, as hard\nconstraints or with a compliance (m/N). order: of the springs, by their "
+                    "indices; by colours if not given.\nprecision: \"float\" or \"double\".")
+      .def(py::init<const System&, const std::optional<std::vector<int>>&, const std::string&, double>(), "system"_a,
+           "order"_a = py::none(), "precision"_a = "double", "compliance"_a = 0.0, py::keep_alive<1, 2>())
+      .def("advance", &Sweep::advance, "h"_a, "substeps"_a, "Takes substeps of h (s).")
       .def_property_readonly(
-          "positions", [](const PlainSweep<double>& s) { return rows(s.state().x); }, "(N, 3), m.");
+          "positions", [](const Sweep& s) { return rows(s.state().x); }, "(N, 3), m.")
+      .def_property_readonly(
+          "velocities", [](const Sweep& s) { return rows(s.state().v); }, "(N, 3), m/s.");
+
+  module.def(
+      "order_from_pins", [](const System& s) { return order_from_pins(springs_of(s)); }, "system"_a,
+      "The indices of all springs in order of their nearer end's graph distance from the pins.");
+  module.def(
+      "order_by_colour", [](const System& s) { return order_by_colour(springs_of(s)); }, "system"_a,
+      "The indices of all springs by greedy colouring: springs of a colour have no particle in common.");
+  module.def(
+      "amplification_of_sweep",
+      [](const System& s, const std::vector<int>& order) {
+        const SpringSystem& system = springs_of(s);
+        return amplification_of_sweep(linearised_sweep(system, checked(order, system)));
+      },
+      "system"_a, "order"_a,
+      "The factor by which a substep with a sweep over hard constraints in this order multiplies small motions about "
+      "rest:\nthe spectral radius of y' = T (2 y - previous y), from the eigenvalues of the linearised sweep T.");
 
   py::class_<ReferenceChain>(module, "Chain",
                              "An inextensible chain of `length` (m) and equal links, pinned at its first joint and "
