@@ -170,7 +170,28 @@ def test_rows_of_a_device_have_its_bandwidth():
 def test_a_device_has_cases_of_strong_scaling_alone():
     on_device = scaling.cases(False, True)
     assert on_device == [case for case in scaling.cases(False, False) if case[0] == "strong"]
-    assert (("strong", "PBD, 10 substeps", 1000)) in on_device
+    assert ("strong", "PBD, 10 substeps", 1000) in on_device
+
+
+def test_a_device_is_measured_by_its_driver(monkeypatch):
+    calls, status = [], {}
+
+    class Driver:
+        def __getattr__(self, name):
+            def call(*arguments):
+                calls.append(name)
+                if name == "cuDeviceGetName":
+                    arguments[0].value = b"a device"
+                return status.get(name, 0)
+            return call
+
+    monkeypatch.setattr(scaling.ctypes, "CDLL", lambda name: Driver())
+    name, gb_per_s = scaling.device()
+    assert name == "a device" and gb_per_s > 0
+    assert calls.count("cuMemAlloc_v2") == calls.count("cuMemFree_v2") == 2 and calls.count("cuMemcpyDtoD_v2") == 11
+    status["cuInit"] = 100
+    with pytest.raises(OSError, match="error 100 of its driver"):
+        scaling.device()
 
 
 def test_a_device_that_is_not_there_is_named(tmp_path):

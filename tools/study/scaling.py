@@ -391,7 +391,7 @@ def add_launches(study, rows):
     summary = "; ".join(f"{row['fork_join_us']:.3g} and {row['barrier_us']:.3g} microseconds on {threads_text(t)}"
                         for t, row in launches.items() if t > 1)
     sentences = [f"An empty parallel region, and one more barrier within it: {summary}, at best (if other programs use the "
-                 "cores, the times are those of the scheduler)."]
+                 "cores, the times are those of the scheduler). On one thread malha opens no region."]
     shares = []
     for group in groups(rows, "strong"):
         last = group[-1]

@@ -309,7 +309,7 @@ def hang(scene, error, frames=60):
                 half = error(rest, simulation.positions, frame)
         state, x = simulation.measure(), simulation.positions
     except malha.Diverged:
-        return {"left_out": "it diverges"}
+        x = np.array(math.nan)
     if not np.isfinite(x).all():
         return {"left_out": "it diverges"}
     return {"step_ms": 1e3 * statistics.median(times),
@@ -321,12 +321,11 @@ def hang(scene, error, frames=60):
 # Methods of the cloth, with settings of about the same cost: a step with levels takes about twice as long as without, and so
 # does one with a refinement or long_range. Each has the setting in words, the substeps (of Desbrun's method: refinements),
 # the most particles that are run with it, the solver, and keys of cloth().
-LONG_RANGE = {"more": ({"type": "long_range"},)}
 HANGING = {
     "PBD": ("20 substeps", 20, 1_000_000, PBD, {}),
     "XPBD": ("20 substeps", 20, 1_000_000, PBD, {"compliance": 1e-6}),  # m/N: a row stretches by at most 5e-6 of its length
     "levels": ("10 substeps", 10, 1_000_000, PBD | {"levels": "auto"}, {}),
-    "long_range": ("7 substeps", 7, 100_000, PBD, LONG_RANGE),
+    "long_range": ("7 substeps", 7, 100_000, PBD, {"more": ({"type": "long_range"},)}),
     "Desbrun": ("refine 1", 1, 100_000, SPARSE | {"spring_constant": 1e4}, {}),
 }
 BENDING = {
