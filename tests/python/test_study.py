@@ -13,7 +13,7 @@ import sys
 import time
 
 import pytest
-from conftest import ROOT
+from conftest import COMMAND, ROOT
 
 pytest.importorskip("matplotlib")
 
@@ -343,6 +343,39 @@ def test_an_error_of_the_script_is_shown_where_it_is(folder):
 # ---- The studies -----------------------------------------------------------------------------------------------------
 
 STUDIES = sorted(path.stem for path in (ROOT / "tools" / "study").glob("*.py") if "\n    studies.main(" in path.read_text())
+
+
+def test_the_command_hands_its_words_to_the_scripts_and_says_what_they_say(tmp_path):
+    help = subprocess.run([COMMAND, "study", "--help"], capture_output=True, text=True, check=True).stdout
+    said = dict(line.split(maxsplit=1) for line in help.partition("Studies:\n")[2].partition("\n\n")[0].splitlines())
+    assert sorted(said) == STUDIES
+    for name in STUDIES:
+        assert f'"{said[name]}"' in (ROOT / "tools" / "study" / f"{name}.py").read_text()
+    (tmp_path / "python").write_text('#!/bin/sh\nshift; echo "$@"\n')
+    (tmp_path / "python").chmod(0o755)
+    for words in (["--quick", "--keep", "--out", "a b"], ["--share", "2/3"], ["--merge", "a", "b", "--backend", "serial", "--for", "h200"]):
+        handed = subprocess.run([COMMAND, "study", "scaling", *words], capture_output=True, text=True, check=True,
+                                env={**os.environ, "MALHA_PYTHON": str(tmp_path / "python")}).stdout
+        assert handed == " ".join(words) + "\n"
+
+
+def test_all_studies_run_one_after_the_other_and_an_interrupt_names_them_all(tmp_path):
+    """By scripts with the names of the studies that measure nothing."""
+    (tmp_path / "study.py").write_text((ROOT / "tools" / "study" / "study.py").read_text())
+    order = re.search(r"^STUDIES = (.*)$", (tmp_path / "study.py").read_text(), re.MULTILINE)[1]
+    names = re.findall(r"\w+", order)
+    for name in names:
+        (tmp_path / f"{name}.py").write_text(f"import study, time\nstudy.main('{name}', 'A study', lambda s: s.section('{name}'))\n")
+    words = [sys.executable, tmp_path / f"{names[0]}.py", "--all", "--quick", "--out", tmp_path / "out"]
+    ended = subprocess.run(words, capture_output=True, text=True, check=False)
+    assert ended.returncode == 0, ended.stderr
+    assert re.findall(r"^(\w+): A study$", ended.stdout, re.MULTILINE) == names
+    page = (tmp_path / "out" / "index.html").read_text()
+    assert re.findall(r'<h2 id="(\w+)">', page) == names
+    (tmp_path / f"{names[1]}.py").write_text(f"import study\ndef measure(s): raise KeyboardInterrupt\nstudy.main('{names[1]}', '', measure)\n")
+    ended = subprocess.run(words, capture_output=True, text=True, check=False)
+    assert ended.returncode == 130
+    assert ended.stderr == f"interrupted; go on with: malha study all --quick --out {tmp_path / 'out'}\n"
 
 
 @pytest.mark.parametrize("name", STUDIES)

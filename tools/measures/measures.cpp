@@ -75,9 +75,7 @@ int measure(const Arguments& arguments, const std::atomic<bool>& stop) {
     arguments.bench.run();
     return kDone;
   }
-  const std::vector<std::string> scripts = study::scripts(arguments.study);
-  if (!study::run(arguments.study, stop)) return kUnmet;
-  return scripts.empty() ? kDone : study::exec_script(scripts[0], arguments.study);
+  return exec_study(arguments.study);
 }
 
 }  // namespace malha

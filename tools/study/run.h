@@ -30,11 +30,4 @@ struct Options {
 /// file cannot be written.
 bool run(const Options& options, const std::atomic<bool>& stop);
 
-/// The chosen studies that are scripts in Python. Throws InputError where one of them is asked for shares.
-std::vector<std::string> scripts(const Options& options);
-
-/// Replaces this program by Python, which runs the script of a study. Returns only if that fails: an exit status, after
-/// a message that says what is missing.
-int exec_script(const std::string& name, const Options& options);
-
 }  // namespace malha::study

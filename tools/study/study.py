@@ -479,7 +479,8 @@ def _build(on):
 
 def _program():
     """A hash of malha's module and of the scripts, which distinguishes what measured a journal's cells."""
-    files = [sys.modules["_malha"].__file__, __file__, sys.modules["__main__"].__file__]
+    modules = [sys.modules[name] for name in ("_malha", "_malha_reference", "study", "__main__") if name in sys.modules]
+    files = [module.__file__ for module in modules]
     return hashlib.sha256(b"".join(pathlib.Path(file).read_bytes() for file in files)).hexdigest()[:16]
 
 
