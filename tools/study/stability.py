@@ -298,7 +298,7 @@ def finish(figure, title):
     """Gives the chart of several lines its title, and a legend at the right."""
     figure.suptitle(title, fontsize=13)
     figure.legend(loc="center right", fontsize=10)
-    figure.subplots_adjust(left=0.09, right=0.71, top=0.92)
+    figure.subplots_adjust(left=0.09, right=0.74, top=0.92)
 
 
 def lines_section(study, name, title, x_name, y_name, lines, sentences):
@@ -675,7 +675,7 @@ def growth_of(scene, steps=180):
         numbers.append(random / 2**31 - 1)
     v = np.reshape(numbers, rest.shape) * moves
     v *= small / (FRAME * np.abs(v).max())
-    v = v - advance(0 * v, v)[1]  # the difference removes zero modes, which keep their velocities
+    v = advance(0 * v, v)[1] - v  # the difference removes zero modes, which keep their velocities
     growth, length = 0.0, steps // 3
     for _ in range(3):
         x, velocities, logs = 0 * v, [v], [0.0]
