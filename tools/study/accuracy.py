@@ -31,6 +31,8 @@ import malha  # noqa: E402
 import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
 
+plt.rcParams["figure.max_open_warning"] = 0  # a study keeps its figures until it writes them
+
 G = 9.81  # m/s^2
 FRAME = 1 / 60  # s: the step of all methods, which they divide into substeps
 PERTURBATION = 1e-14  # m: about the accumulated rounding error of positions of some metres
@@ -45,9 +47,9 @@ def make_case(name, title, what, shape, constraints, *, gravity=(0, -G, 0), pins
 
     more: fields of the case other than their defaults below, and keys of the body.
     """
-    own = types.SimpleNamespace(
+    made = types.SimpleNamespace(
         name=name, title=title, what=what,
-        times=[1, 5],  # s, whole frames: when errors are measured
+        times=[1, 5],  # s, multiples of 0.1 s: when errors are measured
         exact=None,  # closed form: a function of the time (s) that returns x (N, 3), m, and v (N, 3), m/s
         reference=0,  # substeps a frame of the reference run where there is no closed form
         at_rest=False,  # the equilibrium is compared that damped motion reaches
@@ -60,11 +62,11 @@ def make_case(name, title, what, shape, constraints, *, gravity=(0, -G, 0), pins
         newton_end=math.inf,  # s: how long Newton's method is run
         discretisation_error=0,  # m: distance of the continuous equilibrium from that of the springs
         expected="")  # a sentence about the equilibrium
-    for key in [key for key in more if hasattr(own, key)]:
-        setattr(own, key, more.pop(key))
-    own.body = {"name": name, "shape": shape, "pins": list(pins), "constraints": constraints} | more
-    own.scene = {"name": name, "duration": 1, "gravity": list(gravity), "bodies": [own.body]}
-    return own
+    for key in [key for key in more if hasattr(made, key)]:
+        setattr(made, key, more.pop(key))
+    made.body = {"name": name, "shape": shape, "pins": list(pins), "constraints": constraints} | more
+    made.scene = {"name": name, "duration": 1, "gravity": list(gravity), "bodies": [made.body]}
+    return made
 
 
 def scene_by(case, solver, compliant=True):
@@ -113,9 +115,9 @@ def orbit():
 def square(name, title, what, n, stiffness, rest_scale=1, **more):
     """A sheet of n x n particles with springs along edges and diagonals, horizontal at the start."""
     return make_case(f"{name}{n}", f"{title} of {n} x {n} particles",
-                f"1 m and 0.2 kg, springs of {stiffness:g} N/m along edges and diagonals, {what}",
-                {"grid": {"size": [1, 1], "cells": [n - 1, n - 1]}}, [springs(stiffness, ["edges", "shear"], rest_scale)],
-                mass=0.2, **more)
+                     f"1 m and 0.2 kg, springs of {stiffness:g} N/m along edges and diagonals, {what}",
+                     {"grid": {"size": [1, 1], "cells": [n - 1, n - 1]}}, [springs(stiffness, ["edges", "shear"], rest_scale)],
+                     mass=0.2, **more)
 
 
 def sheet(n, stiffness, reference):
@@ -137,9 +139,9 @@ def drum(n, reference):
 def shell(subdivisions, reference):
     """A free shell that turns and, because it starts at its rest lengths, pulsates."""
     return make_case("shell", "A free body: a turning shell",
-                "A sphere of 0.5 m and 1 kg of springs of 100 N/m, thrown and turning at 3.7 rad/s without gravity.",
-                {"sphere": {"radius": 0.5, "subdivisions": subdivisions}}, [springs(100, ["edges"])], gravity=(0, 0, 0),
-                mass=1, velocity=[0.3, 0.2, -0.1], spin=[2, 3, -1], reference=reference)
+                     "A sphere of 0.5 m and 1 kg of springs of 100 N/m, thrown and turning at 3.7 rad/s without gravity.",
+                     {"sphere": {"radius": 0.5, "subdivisions": subdivisions}}, [springs(100, ["edges"])], gravity=(0, 0, 0),
+                     mass=1, velocity=[0.3, 0.2, -0.1], spin=[2, 3, -1], reference=reference)
 
 
 CHAIN_MASS, CHAIN_EA = 0.1, 12.5  # kg, N
@@ -452,7 +454,7 @@ def measured(case, system, method, truth, on):
     cell = {"status": "finished"} | ({"backend": on["backend"]} if ours and on_device else {})
     if ours:
         run = malha.Simulation(scene_by(case, solver, method.compliant), threads=1, **on)
-        clock, together = time.perf_counter if on_device else time.thread_time, 6  # frames, so that Python's time is small
+        clock, together = time.perf_counter if on_device else time.thread_time, 6  # 0.1 s: many frames a call
 
         def advance():
             start = clock()
