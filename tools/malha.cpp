@@ -24,7 +24,7 @@
 #include "tools/measures.h"
 #include "tools/progress.h"
 #include "tools/streams.h"
-#include "tools/study/interrupted.h"
+#include "tools/tune/interrupted.h"
 
 namespace {
 
@@ -180,7 +180,7 @@ int measure(const Arguments& arguments) {
   if (arguments.command == "tune") catch_signals();
   try {
     return malha::measure(arguments, stop);
-  } catch (const malha::study::Interrupted&) {
+  } catch (const malha::tuning::Interrupted&) {
     std::cerr << "interrupted; nothing was written\n";
     return 128 + stopped_by;
   }
