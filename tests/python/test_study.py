@@ -334,6 +334,12 @@ def test_options_that_do_not_fit_are_refused(folder, words, said):
     assert [path.name for path in folder.path.iterdir()] == ["squares.py"]
 
 
+def test_a_merge_needs_no_device(tmp_path):
+    ended = subprocess.run([sys.executable, ROOT / "tools" / "study" / "scaling.py", "--backend", "cuda", "--merge", tmp_path / "none"],
+                           capture_output=True, text=True, check=False)
+    assert ended.returncode == 2 and "none: found No such file or directory" in ended.stderr
+
+
 def test_an_error_of_the_script_is_shown_where_it_is(folder):
     (folder.path / "squares.py").write_text(STUDY.replace('{"y": value}', 'value["y"]'))
     ended = folder.run("--out", "out")

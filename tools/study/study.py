@@ -97,7 +97,7 @@ class Study:
         self.name, self.what, self.quick, self.threads = name, what, given.quick, given.threads
         self.out = given.out or pathlib.Path("out", "study_quick" if given.quick else "study")
         self.on = {key: value for key, value in (("backend", given.backend), ("machine", given.machine)) if value}
-        self.rows, self.sections, self.builds = [], [], [_build(self.on)]
+        self.rows, self.sections, self.builds = [], [], [_build({} if given.merge else self.on)]
         self._figures, self._replays, self._shown = {}, [], time.monotonic()
         self._share, self._merged = given.share, None
         self._shares = given.share[1] if given.share else 1
