@@ -66,5 +66,6 @@ malha.Simulation('$root/scenes/ramp.json').step()
 assert malha._command() == '$scratch/prefix/bin/malha', malha._command()"
   if [[ -e "$build/malha_measures" ]] && "$python" -c "import numpy, scipy, matplotlib" 2>/dev/null; then
     PYTHONPATH=$scratch/prefix/$folder "$python" "$scratch/prefix/share/malha/study/validation.py" --help >/dev/null
+    PYTHONPATH=$scratch/prefix/$folder "$python" -c "import _malha_reference"
   fi
 fi

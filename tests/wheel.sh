@@ -31,7 +31,7 @@ uses() {
     cd "$(mktemp -d -p "$scratch")"
     env -i "$scratch/$1/bin/python" - "$root/scenes/ramp.json" <<'PYTHON'
 import pathlib, subprocess, sys
-import malha
+import malha, _malha_reference
 
 folder = pathlib.Path(malha.__file__).parent
 assert folder.is_relative_to(sys.prefix), folder
@@ -50,8 +50,8 @@ print(simulation.state_hash)
 PYTHON
     env -i "$scratch/$1/bin/malha" --version >/dev/null
     env -i "$scratch/$1/bin/malha" study --help >/dev/null
-    said=$(env -i MALHA_PYTHON=/nowhere "$scratch/$1/bin/malha" study validation --share 1/2 2>&1 || true)
-    [[ "$said" == *"scripts in Python"* ]] || { printf 'malha study validation: found "%s"\n' "$said"; exit 1; }
+    said=$(env -i MALHA_PYTHON=/nowhere "$scratch/$1/bin/malha" study accuracy 2>&1 || true)
+    [[ "$said" == *"found no Python that starts as /nowhere"* ]] || { printf 'malha study accuracy: found "%s"\n' "$said"; exit 1; }
     # The script of the wheel, by the Python of the environment, which finds the module.
     script=$(env -i "$scratch/$1/bin/python" -c 'import pathlib, malha; print(pathlib.Path(malha.__file__).parent / "malha.libs/study/validation.py")')
     if "$scratch/$1/bin/python" -c "import scipy, matplotlib" 2>/dev/null; then

@@ -47,7 +47,7 @@ struct Arguments {
   }
 
   BenchArguments bench;
-  study::Options study;
+  StudyOptions study;
   TuneArguments tune;
 };
 

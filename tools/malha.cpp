@@ -24,7 +24,7 @@
 #include "tools/measures.h"
 #include "tools/progress.h"
 #include "tools/streams.h"
-#include "tools/study/interrupted.h"
+#include "tools/tune/interrupted.h"
 
 namespace {
 
@@ -177,12 +177,11 @@ int materials(const Arguments&) {
 
 /// tune, bench and study.
 int measure(const Arguments& arguments) {
-  if (arguments.command != "bench") catch_signals();
+  if (arguments.command == "tune") catch_signals();
   try {
     return malha::measure(arguments, stop);
-  } catch (const malha::study::Interrupted&) {
-    const bool kept = arguments.command == "study";
-    std::cerr << "interrupted; " << (kept ? "go on with: " + arguments.typed : "nothing was written") << "\n";
+  } catch (const malha::tuning::Interrupted&) {
+    std::cerr << "interrupted; nothing was written\n";
     return 128 + stopped_by;
   }
 }

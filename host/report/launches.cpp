@@ -28,6 +28,7 @@ struct LaunchTrace::Watch final : LaunchObserver {
     std::int64_t launches, items;
   };
   void launched(const char* signature, int items) override {
+    if (before) before->launched(signature, items);
     const auto known = std::find_if(entries.begin(), entries.end(), [&](const Entry& entry) {
       return entry.signature == signature || std::strcmp(entry.signature, signature) == 0;
     });

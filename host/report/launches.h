@@ -14,7 +14,8 @@ struct Launches {
   bool operator==(const Launches&) const = default;
 };
 
-/// Records the launches of the thread that made it, as long as it lives; launches of other threads are not recorded.
+/// Records the launches of the thread that made it, as long as it lives; launches of other threads are not recorded. A
+/// trace within another one records for both.
 class LaunchTrace {
  public:
   LaunchTrace();

@@ -7,10 +7,10 @@
 
 #include "host/mesh/io/mesh_io.h"
 #include "kernels/constraints/constraint_registry.h"
+#include "tests/measure/irregular_closed_mesh.h"
 #include "tests/projection/one_constraint.h"
 #include "tests/small_scenes.h"
 #include "tests/support.h"
-#include "tools/study/irregular_mesh.h"
 
 namespace malha {
 namespace {
@@ -63,7 +63,7 @@ void expect_bounded_impact(int seed, int subdivisions, const ConstraintSpec& ben
                            Precision precision) {
   const TemporaryFolder folder;
   Scene scene =
-      dropped_shell(folder.write("shell.off", study::IrregularMesh(seed, subdivisions).off()), 1, bending, precision);
+      dropped_shell(folder.write("shell.off", IrregularClosedMesh(seed, subdivisions).off()), 1, bending, precision);
   if (motion == Motion::Thrown) scene.bodies[0].velocity = {5, 0, 0};
   if (motion == Motion::Spun) scene.bodies[0].spin = {0, 7, 7};
   // With hardly any bending one mesh of 50 stretches by 3.14 when thrown, which is due to its springs alone.
@@ -114,7 +114,7 @@ TEST(AStiffShellOfAnIrregularMesh, DISABLED_GainsNoSpeedWithAnyStiffnessMotionAn
 TEST(AnIrregularMesh, IsClosedAndHasSlivers) {
   for (int seed = 0; seed < 12; ++seed) {
     std::map<std::pair<int, int>, int> sides;
-    const study::IrregularMesh mesh(seed, 2);
+    const IrregularClosedMesh mesh(seed, 2);
     for (const Triangle& t : mesh.faces())
       for (int k = 0; k < 3; ++k) ++sides[{t[k], t[(k + 1) % 3]}];
     for (const auto& [side, times] : sides) {

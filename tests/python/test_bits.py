@@ -38,6 +38,16 @@ def test_backends_and_threads_have_the_same_bits():
     assert len(hashes) == 1
 
 
+def test_patches_may_be_cut_for_another_machine(tmp_path):
+    scene = scene_of(cloth(cells=50), precision="float")
+    (tmp_path / "scene.json").write_text(json.dumps(scene))
+    planned = subprocess.run([COMMAND, "plan", tmp_path / "scene.json", "--for", "h200", "--json"], check=True, capture_output=True)
+    of_h200, of_cpu = (malha.Simulation(scene, threads=1, machine=name).plan()["patches"] for name in ("h200", "cpu"))
+    assert of_h200 == json.loads(planned.stdout)["patches"] != of_cpu
+    with pytest.raises(malha.InputError, match='machine: found "h20"; allowed: cpu, '):
+        malha.Simulation(scene, machine="h20")
+
+
 def test_a_scene_that_went_through_python_has_the_same_bits():
     scene = malha.Scene(ROOT / "scenes" / "flag.json")
     runs = [malha.Simulation(one, threads=1) for one in (scene, scene.to_dict(), scene.to_json())]

@@ -177,6 +177,13 @@ def test_measures_reports_warnings_and_plans_are_dicts(simulation):
     json.dumps([measures, report, plan])
 
 
+def test_a_traced_step_names_the_kernels_that_it_launches(simulation):
+    first = simulation.trace_step()
+    assert first == simulation.report()["launches_of_first_step"] and simulation.steps == 1
+    assert "SolvePatch<double>" in {launch["kernel"] for launch in simulation.trace_step()}
+    assert simulation.report()["launches_of_first_step"] == first
+
+
 def test_a_setting_beyond_a_boundary_is_warned_of():
     heavy = cloth(cells=60, constraints=[{"type": "distance", "stiffness": 0.01}])
     run = malha.Simulation(scene_of(heavy, substeps=1, solver={"levels": "off"}))

@@ -9,7 +9,7 @@
 #include "tests/support.h"
 #include "tools/tune/report.h"
 
-namespace malha::study {
+namespace malha::tuning {
 namespace {
 
 /// A net of springs, pinned at one side, whose motion converges.
@@ -220,4 +220,4 @@ TEST_F(TuneCommand, StopsOnCtrlC) {
 }
 
 }  // namespace
-}  // namespace malha::study
+}  // namespace malha::tuning

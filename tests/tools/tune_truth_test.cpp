@@ -18,7 +18,7 @@
 #include "tools/tune/report.h"
 #include "tools/tune/tune.h"
 
-namespace malha::study {
+namespace malha::tuning {
 namespace {
 
 constexpr double kSeconds = 0.2;
@@ -38,14 +38,14 @@ Scene frames_of(std::vector<BodySpec> bodies, const Vec3& gravity) {
 
 /// A fourth-order method with steps of 5 microseconds: its error is some (omega h)^4, below 1e-9.
 KnownMotion by_runge_kutta(const std::string& name, const Scene& scene) {
-  const auto system = spring_system(scene);
+  const auto system = study::spring_system(scene);
   constexpr double h = 5e-6;
-  State state = system->start;
+  study::State state = system->start;
   TuneRun truth;
   int done = 0;
   for (const int moment : moments(scene, kSeconds)) {
     for (const auto last_step = std::lround(moment * scene.solver.dt / h); done < last_step; ++done)
-      rk4(*system, h, state);
+      study::rk4(*system, h, state);
     truth.at.emplace_back();
     for (int i = 0; i < system->count(); ++i)
       truth.at.back().push_back({state.x[3 * i], state.x[3 * i + 1], state.x[3 * i + 2]});
@@ -281,4 +281,4 @@ TEST(TuneTruth, DISABLED_IsMetInThirtyRequests) {
 }
 
 }  // namespace
-}  // namespace malha::study
+}  // namespace malha::tuning

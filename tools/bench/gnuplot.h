@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Charts, drawn by gnuplot where it is installed. Their colours are Okabe and Ito's, which colour-blind readers can
-// distinguish (#0072b2, #56b4e9, #009e73, #e69f00, #d55e00, #cc79a7, #000000); bars and shades use a few others.
+// Charts of the benchmarks, drawn by gnuplot where it is installed. Their colours are Okabe and Ito's, which
+// colour-blind readers can distinguish (#0072b2, #56b4e9, #009e73, #e69f00, #d55e00, #cc79a7, #000000); bars and shades
+// use a few others.
 #pragma once
 #include <filesystem>
 #include <string>
@@ -15,14 +16,10 @@ struct Series {
   std::string title;  // without quotes
 };
 
-/// gnuplot settings that write each series' title beside its last point instead of into a key, without overlap. They
-/// also set the range of y: from 0 or, where `logarithmic`, from a power of ten, up to above all values and error bars.
-std::string label_series_ends(const std::vector<Series>& all, bool logarithmic = true);
-
 /// Draws the series into FOLDER/NAME.svg and .png; `settings` are gnuplot commands that come first. Returns the reason
 /// of a failure, or an empty string. Charts of an earlier run are removed either way, since they would not fit the new
-/// rows. `caption`: a line in small print below, which says what made the chart; "": none.
+/// rows.
 std::string draw(const std::string& settings, const std::vector<Series>& series, const std::filesystem::path& folder,
-                 const std::string& name, const std::string& caption = "");
+                 const std::string& name);
 
 }  // namespace malha::bench

@@ -12,11 +12,6 @@ struct RunsOn {
   std::string backend = "openmp";
   std::string machine = {};  // see SimulationOptions; empty: "cpu"
 
-  /// The command line options that select this, with a leading space; empty for the defaults.
-  std::string command_options() const {
-    return (backend == "openmp" ? "" : " --backend " + backend) + (machine.empty() ? "" : " --for " + machine);
-  }
-
   bool is_device() const { return backend == "cuda"; }
 
   /// Throws InputError if there is no such device. To be called before the first measurement.

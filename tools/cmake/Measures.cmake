@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-# malha tune, bench and study: the benchmarks and the studies are libraries, so that tests can use them, and one program
-# runs all three: see tools/measures.h.
+# malha tune, bench and study: the benchmarks and `tune` are libraries, so that tests can use them, and one program runs
+# both, and hands studies over to their scripts: see tools/measures.h.
 
 # The benchmarks.
 file(GLOB_RECURSE bench_sources CONFIGURE_DEPENDS "${PROJECT_SOURCE_DIR}/tools/bench/*.cpp")
@@ -32,22 +32,18 @@ if(OPENBLAS_FOUND)
   target_link_libraries(malha_bench PRIVATE ${CMAKE_DL_LIBS})
 endif()
 
-# The studies and `tune`.
-file(GLOB_RECURSE study_sources CONFIGURE_DEPENDS "${PROJECT_SOURCE_DIR}/tools/study/*.cpp"
-     "${PROJECT_SOURCE_DIR}/tools/tune/*.cpp")
-list(FILTER study_sources EXCLUDE REGEX "/tools/study/reference/")
-add_library(malha_study STATIC ${study_sources})
+file(GLOB tune_sources CONFIGURE_DEPENDS "${PROJECT_SOURCE_DIR}/tools/tune/*.cpp")
+add_library(malha_tune STATIC ${tune_sources})
 # Several files are compiled together, as in the tests: parsing the headers takes longer than the rest of a file.
-set_target_properties(malha_study PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 12)
-target_link_libraries(malha_study PUBLIC malha malha_bench malha_reference nlohmann_json::nlohmann_json
-                                  PRIVATE Eigen3::Eigen ${malha_openmp})
+set_target_properties(malha_tune PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 12)
+target_link_libraries(malha_tune PUBLIC malha malha_bench nlohmann_json::nlohmann_json PRIVATE ${malha_openmp})
 
-# Studies in Python lie beside the program in a build and in a wheel.
+# The studies are scripts in Python, which lie beside the program in a build and in a wheel.
 file(GLOB study_scripts CONFIGURE_DEPENDS "${PROJECT_SOURCE_DIR}/tools/study/*.py")
 set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${study_scripts})
 file(COPY ${study_scripts} DESTINATION "${PROJECT_BINARY_DIR}/study")
 
 file(GLOB measures_sources CONFIGURE_DEPENDS "${PROJECT_SOURCE_DIR}/tools/measures/*.cpp")
-add_executable(malha_measures ${measures_sources})
-target_link_libraries(malha_measures PRIVATE malha_command_line malha_bench malha_study)
+add_executable(malha_measures ${measures_sources} tools/study/script.cpp)
+target_link_libraries(malha_measures PRIVATE malha_command_line malha_bench malha_tune)
 set_target_properties(malha_measures PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 12)

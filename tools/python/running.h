@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "host/report/launches.h"
 #include "malha/simulation.h"
 #include "tools/python/initialised.h"
 #include "tools/python/shutdown.h"
@@ -16,8 +17,8 @@ namespace malha::python {
 
 class PySimulation {
  public:
-  PySimulation(const pybind11::object& scene, int threads, const std::string& backend, bool interactive,
-               const pybind11::object& constraints);
+  PySimulation(const pybind11::object& scene, int threads, const std::string& backend, const std::string& machine,
+               bool interactive, const pybind11::object& constraints);
 
   /// Exclusive use of the simulation between steps. Neither another thread nor code called by the use, such as a
   /// constraint's function, can use it meanwhile.
@@ -52,6 +53,9 @@ class PySimulation {
 
   /// Takes n steps, fewer if `callback` returns a false value other than None; returns how many.
   long long step(const pybind11::object& self, long long n, const pybind11::object& callback);
+
+  /// Takes a step; returns the kernels that it launched.
+  std::vector<Launches> trace_step(const pybind11::object& self);
 
   std::string report(const std::optional<std::string>& status);
   void restore_state(const pybind11::bytes& state);

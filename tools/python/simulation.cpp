@@ -392,10 +392,13 @@ void add_simulation(py::module_& module) {
       "A scene that is simulated step by step. One thread at a time may use it; several may each have one.");
   simulation
       .def(
-          py::init<const py::object&, int, const std::string&, bool, const py::object&>(), "scene"_a, py::kw_only(),
-          "threads"_a = 0, "backend"_a = "openmp", "interactive"_a = false, "constraints"_a = py::tuple(),
+          py::init<const py::object&, int, const std::string&, const std::string&, bool, const py::object&>(),
+          "scene"_a, py::kw_only(), "threads"_a = 0, "backend"_a = "openmp", "machine"_a = "cpu",
+          "interactive"_a = false, "constraints"_a = py::tuple(),
           "scene: a Scene, or what makes one. threads: 0 for as many as there are. backend: \"openmp\" or \"serial\",\n"
-          "with the same bits. interactive: whether hold() and pull() are wanted. constraints: of your own, "
+          "with the same bits. machine: the one that patches are cut for, as of `malha run --for`. interactive: "
+          "whether "
+          "hold() and pull() are wanted. constraints: of your own, "
           "Constraint\n"
           "objects. Raises InputError for what cannot be simulated.")
       .def(
@@ -409,6 +412,16 @@ void add_simulation(py::module_& module) {
           "each step, and ends the loop where what it returns is false (but None goes on). Ctrl-C raises "
           "KeyboardInterrupt after a whole step.\n"
           "Other threads of Python run meanwhile. Raises Diverged.")
+      .def(
+          "trace_step",
+          [](const py::object& self) {
+            py::list all;
+            for (const auto& [kernel, launches, items] : self.cast<PySimulation&>().trace_step(self))
+              all.append(py::dict("kernel"_a = kernel, "launches"_a = launches, "items"_a = items));
+            return all;
+          },
+          "Advances by one step, and returns the kernels that it launched: a list of dicts of kernel, launches and "
+          "items.")
       .def("__repr__", [](PySimulation& s) {
         const auto use = s.now();
         return "<malha.Simulation '" + use->model().scene.name + "', " + counted(use->model().x.size(), "particle") +

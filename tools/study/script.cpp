@@ -1,20 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// Studies that are scripts in Python: NAME.py beside the program, or in the share folder of its prefix.
+#include "tools/study/script.h"
+
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
-#include <filesystem>
 #include <iostream>
 
 #include "malha/error.h"
 #include "tools/exit_status.h"
-#include "tools/study/run.h"
-#include "tools/study/study.h"
 
-namespace malha::study {
+namespace malha {
 
 namespace {
 
@@ -38,21 +36,50 @@ std::string python() {
   return "python3";
 }
 
-}  // namespace
-
-std::vector<std::string> scripts(const Options& options) {
-  std::vector<std::string> chosen;
-  for (const Study& study : studies())
-    if (!study.run && std::find(options.names.begin(), options.names.end(), study.name) != options.names.end())
-      chosen.push_back(study.name);
-  if (chosen.empty() || (!options.share && options.merge.empty())) return chosen;
-  if (options.names.size() == 1)
-    refuse("malha study " + chosen[0], "", options.share ? "\"--share\"" : "\"--merge\"",
-           "the studies that are not scripts in Python");
-  return {};  // the other studies are shared without them
+/// The words that name the backend; none for the host.
+std::vector<std::string> backend_words(const StudyOptions& options) {
+  std::vector<std::string> words;
+  if (options.backend != "openmp") words.insert(words.end(), {"--backend", options.backend});
+  if (!options.machine.empty()) words.insert(words.end(), {"--for", options.machine});
+  return words;
 }
 
-int exec_script(const std::string& name, const Options& options) {
+/// The options as words of the script.
+std::vector<std::string> script_words(const StudyOptions& options) {
+  std::vector<std::string> words;
+  if (options.quick) words.push_back("--quick");
+  if (options.keep) words.push_back("--keep");
+  if (!options.out.empty()) words.insert(words.end(), {"--out", options.out.string()});
+  if (!options.share.empty()) words.insert(words.end(), {"--share", options.share});
+  if (!options.merge.empty()) words.push_back("--merge");
+  for (const fs::path& folder : options.merge) words.push_back(folder.string());
+  const std::vector<std::string> backend = backend_words(options);
+  words.insert(words.end(), backend.begin(), backend.end());
+  if (options.name == "all") words.push_back("--all");  // after this study the script runs those that follow it
+  return words;
+}
+
+}  // namespace
+
+const std::vector<Study>& studies() {
+  static const std::vector<Study> all{
+      {"accuracy", "Error over cost of every method, with explicit and implicit integrators for comparison"},
+      {"published", "Published results, repeated with the papers' parameters, beside malha's"},
+      {"stability", "Settings with which each method fails, how it fails, and remedies"},
+      {"scaling", "Speed-up by more threads, pass by pass, on the same body and on one that grows"},
+      {"parsimony", "Time, memory and kernel launches that each feature adds to a scene"},
+      {"size", "Time, memory and set-up per particle, and errors, from 289 particles to 4 million"},
+      {"validation", "malha against experiments, closed forms and boundary value problems of the literature"},
+  };
+  return all;
+}
+
+int exec_study(const StudyOptions& options) {
+  const std::vector<std::string> backend = backend_words(options);
+  if (options.name == "all" && !backend.empty())
+    refuse("malha study all", "", "\"" + backend[0] + " " + backend[1] + "\"",
+           "accuracy and scaling, which run on any backend; the others run on the host");
+  const std::string name = options.name == "all" ? studies()[0].name : options.name;
   const fs::path here = fs::read_symlink("/proc/self/exe").parent_path(), prefix = here.parent_path();
   const fs::path folder = folder_with(name + ".py", {here / "study", prefix / "share/malha/study"});
   if (folder.empty()) {
@@ -68,18 +95,16 @@ int exec_script(const std::string& name, const Options& options) {
     const char* before = std::getenv("PYTHONPATH");
     setenv("PYTHONPATH", (module.string() + (before && *before ? ":" + std::string(before) : "")).c_str(), 1);
   }
-  std::vector<std::string> words{python(), (folder / (name + ".py")).string()};
-  if (options.quick) words.push_back("--quick");
-  if (options.keep) words.push_back("--keep");
-  if (!options.out.empty()) words.insert(words.end(), {"--out", options.out.string()});
+  std::vector<std::string> words = script_words(options);
+  words.insert(words.begin(), {python(), (folder / (name + ".py")).string()});
   std::vector<char*> arguments;
   for (std::string& word : words) arguments.push_back(word.data());
   arguments.push_back(nullptr);
   std::cout.flush();
   execvp(arguments[0], arguments.data());
-  std::cerr << "malha study " << name << ": found no Python that starts as " << words[0] << " (" << std::strerror(errno)
-            << "); tools/setup python installs it, with numpy, scipy and matplotlib\n";
+  std::cerr << "malha study " << options.name << ": found no Python that starts as " << words[0] << " ("
+            << std::strerror(errno) << "); tools/setup python installs it, with numpy, scipy and matplotlib\n";
   return kFailed;
 }
 
-}  // namespace malha::study
+}  // namespace malha

@@ -5,7 +5,7 @@
 #include "malha/simulation.h"
 #include "malha/text.h"
 
-namespace malha::study {
+namespace malha::tuning {
 
 namespace {
 
@@ -142,4 +142,4 @@ std::vector<Scene> tune_methods(const Scene& scene, std::vector<std::string>& le
   return methods;
 }
 
-}  // namespace malha::study
+}  // namespace malha::tuning

@@ -6,7 +6,7 @@
 
 #include "malha/scene.h"
 
-namespace malha::study {
+namespace malha::tuning {
 
 /// Returns the scene by every method that it allows, in float, cheap ones first, so that expensive ones are abandoned
 /// early. `left_out` gets a line for each method that the scene excludes.
@@ -20,4 +20,4 @@ Scene to_pbd(const Scene& scene, std::string& why);
 /// sparse, refine 4, float".
 std::string method_name(const Scene& scene);
 
-}  // namespace malha::study
+}  // namespace malha::tuning

@@ -7,7 +7,7 @@
 #include "malha/text.h"
 #include "tools/bench/output.h"
 
-namespace malha::study {
+namespace malha::tuning {
 
 namespace {
 
@@ -114,4 +114,4 @@ Json tune_json(const TuneResult& tuned, const TuneOptions& options) {
   return json;
 }
 
-}  // namespace malha::study
+}  // namespace malha::tuning

@@ -10,9 +10,9 @@
 #include "host/run/run.h"
 #include "malha/error.h"
 #include "malha/text.h"
-#include "tools/study/interrupted.h"
+#include "tools/tune/interrupted.h"
 
-namespace malha::study {
+namespace malha::tuning {
 
 namespace {
 
@@ -100,4 +100,4 @@ double distance_between(const TuneRun& a, const TuneRun& b) {
   return largest;
 }
 
-}  // namespace malha::study
+}  // namespace malha::tuning

@@ -7,7 +7,7 @@
 
 #include "malha/scene.h"
 
-namespace malha::study {
+namespace malha::tuning {
 
 /// Returns four moments in steps, at the quarters of the simulated time (fewer if it has fewer steps). The last one is
 /// its end.
@@ -37,4 +37,4 @@ TuneRun extrapolated(const TuneRun& fine, const TuneRun& coarse);
 /// Returns the largest of the RMS distances between particles at the same moments, m; infinite if a moment is missing.
 double distance_between(const TuneRun& a, const TuneRun& b);
 
-}  // namespace malha::study
+}  // namespace malha::tuning

@@ -10,7 +10,7 @@
 #include "malha/text.h"
 #include "tools/bench/medians.h"
 
-namespace malha::study {
+namespace malha::tuning {
 
 namespace {
 
@@ -230,4 +230,4 @@ TuneResult tune(const Scene& scene, const TuneOptions& options, const TuneProgre
   return Tuner(scene, options, progress, stop).run();
 }
 
-}  // namespace malha::study
+}  // namespace malha::tuning

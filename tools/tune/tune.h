@@ -8,7 +8,7 @@
 #include "tools/tune/methods.h"
 #include "tools/tune/run.h"
 
-namespace malha::study {
+namespace malha::tuning {
 
 struct TuneOptions {
   double error = 0;  // m, > 0: RMS distance of particles to the reference at the worst of four moments
@@ -73,4 +73,4 @@ void check_tunable(const Scene& scene);
 TuneResult tune(const Scene& scene, const TuneOptions& options, const TuneProgress& progress,
                 const std::atomic<bool>& stop);
 
-}  // namespace malha::study
+}  // namespace malha::tuning

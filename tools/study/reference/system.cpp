@@ -5,8 +5,8 @@
 
 #include "host/mesh/generate.h"
 #include "host/mesh/topology.h"
+#include "host/model/model.h"
 #include "host/model/pins.h"
-#include "malha/simulation.h"
 
 namespace malha::study {
 
@@ -63,12 +63,14 @@ void set_start(const Scene& scene, const Mesh& mesh, System& system) {
   const BodySpec& body = scene.bodies.front();
   system.pinned = find_boundary_conditions(scene, 0, mesh).pinned;
   system.gravity = Eigen::Vector3d::Map(scene.gravity.data());
-  Scene exact = scene;
-  exact.solver.precision = Precision::Double;
-  const Simulation simulation(exact, {.threads = 1});
-  system.start = {flat(simulation.positions()), flat(simulation.velocities())};
+  const Model model = build_model(scene);
   Mesh placed = mesh;
-  placed.points = simulation.positions();
+  std::vector<Vec3> velocities(model.x.size());
+  for (std::size_t i = 0; i < model.x.size(); ++i) {
+    placed.points[model.user_index[i]] = model.x[i];
+    velocities[model.user_index[i]] = model.v[i];
+  }
+  system.start = {flat(placed.points), flat(velocities)};
   system.mass = body.mass ? masses_by_total(placed, *body.mass) : masses_by_density(placed, body.density.value());
   for (int i = 0; i < system.count(); ++i)
     if (system.pinned[i]) system.start.v.segment<3>(3 * i).setZero();
