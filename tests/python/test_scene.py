@@ -228,7 +228,7 @@ def test_arguments_that_do_not_fit_are_named_by_their_types(use, named):
 
 @pytest.mark.parametrize("use, said", [
     (lambda s: malha.Simulation(s, thread=1), "malha.Simulation: found the keyword 'thread' (did you mean 'threads'?); "
-     "allowed: scene, threads, backend, machine, interactive, constraints"),
+     "allowed: scene, threads, backend, machine, adaptive_threads, timed_passes, interactive, constraints"),
     (lambda s: malha.Scene(s, folders=s), "malha.Scene: found the keyword 'folders' (did you mean 'folder'?); allowed: "
      "source, folder"),
     (lambda s: malha.Simulation(s).report(stat=s), "report: found the keyword 'stat'; allowed: status"),

@@ -248,3 +248,12 @@ def test_cycles_through_a_constraint_are_collected():
     watched = cycle()
     gc.collect()
     assert watched() is None
+
+
+def test_a_number_of_threads_is_kept_where_it_may_not_adapt():
+    run = malha.Simulation(scene_of(cloth(cells=40)), threads=2, adaptive_threads=False)
+    adaptive = malha.Simulation(scene_of(cloth(cells=40)), threads=2)
+    run.step(), adaptive.step()
+    assert "steps_on_one_thread" not in run.report()["timing"]
+    assert adaptive.report()["timing"]["steps_on_one_thread"] == 1, "the first step runs on one thread"
+    assert run.state_hash == adaptive.state_hash

@@ -27,10 +27,11 @@ bool ends_loop(const py::object& said) {
 }
 
 PySimulation::PySimulation(const py::object& scene, int threads, const std::string& backend, const std::string& machine,
-                           bool interactive, const py::object& given) {
+                           bool adaptive_threads, bool timed_passes, bool interactive, const py::object& given) {
   const Scene of = scene_of(scene, py::none());
   SimulationOptions options = options_of(threads, backend);
   options.machine = machine, options.interactive = interactive;
+  options.adaptive_threads = adaptive_threads, options.timed_passes = timed_passes;
   for (const py::handle one : given) {
     if (!py::isinstance<PythonConstraint>(one))
       refuse("simulation", "constraints", malha::quoted(type_of(one)), "a list of malha.Constraint");

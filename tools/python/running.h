@@ -18,7 +18,7 @@ namespace malha::python {
 class PySimulation {
  public:
   PySimulation(const pybind11::object& scene, int threads, const std::string& backend, const std::string& machine,
-               bool interactive, const pybind11::object& constraints);
+               bool adaptive_threads, bool timed_passes, bool interactive, const pybind11::object& constraints);
 
   /// Exclusive use of the simulation between steps. Neither another thread nor code called by the use, such as a
   /// constraint's function, can use it meanwhile.

@@ -392,15 +392,19 @@ void add_simulation(py::module_& module) {
       "A scene that is simulated step by step. One thread at a time may use it; several may each have one.");
   simulation
       .def(
-          py::init<const py::object&, int, const std::string&, const std::string&, bool, const py::object&>(),
+          py::init<const py::object&, int, const std::string&, const std::string&, bool, bool, bool,
+                   const py::object&>(),
           "scene"_a, py::kw_only(), "threads"_a = 0, "backend"_a = "openmp", "machine"_a = "cpu",
-          "interactive"_a = false, "constraints"_a = py::tuple(),
+          "adaptive_threads"_a = true, "timed_passes"_a = false, "interactive"_a = false, "constraints"_a = py::tuple(),
           "scene: a Scene, or what makes one. threads: 0 for as many as there are. backend: \"openmp\" or \"serial\",\n"
-          "with the same bits. machine: the one that patches are cut for, as of `malha run --for`. interactive: "
-          "whether "
-          "hold() and pull() are wanted. constraints: of your own, "
-          "Constraint\n"
-          "objects. Raises InputError for what cannot be simulated.")
+          "with the same bits. machine: the one that patches are cut for, as of `malha run --for`.\n"
+          "adaptive_threads: whether steps run on one thread while other programs make that faster; if not, a number "
+          "of\n"
+          "threads is kept. timed_passes: whether a device waits for each pass, to time it in the report; a host "
+          "always\n"
+          "times them. interactive: whether hold() and pull() are wanted. constraints: of your own, Constraint "
+          "objects.\n"
+          "Raises InputError for what cannot be simulated.")
       .def(
           "step",
           [](const py::object& self, long long n, const py::object& callback) {

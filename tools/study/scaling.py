@@ -167,7 +167,8 @@ def measured(study, kind, method, side, threads, on_device):
     cell, lines, simulations = {"load_average": os.getloadavg()[0], "lines": []}, [], []
     for t, n in zip(threads, all_sides):
         scene = malha.Scene(cloth(grid(n), METHODS[method]))
-        simulation, setup = seconds_of(lambda: malha.Simulation(scene, threads=t, **study.on))
+        simulation, setup = seconds_of(lambda: malha.Simulation(scene, threads=t, adaptive_threads=False, timed_passes=True,
+                                                                 **study.on))
         simulation.step(WARM_UP)
         simulations.append(simulation)
         lines.append({"threads": t, "particles": n * n, "setup_s": setup, "hash": simulation.state_hash, "step_s": [],
@@ -194,7 +195,6 @@ def measured(study, kind, method, side, threads, on_device):
         working_set = min(max(working_set, CACHE_BYTES), CACHE_BYTES if study.quick else MEMORY_BYTES)
         cell["lines"].append(line | {
             "least_step_s": 1e-3 * report["timing"]["step_ms_min"],
-            "on_one_thread": report["timing"].get("steps_on_one_thread", 0) / report["timing"]["steps"],
             "passes_s": {key: value for key, value in passes.items() if value > 0},
             "patches": report["patches"]["count"], "patch_colors": report["patches"]["patch_colors"],
             "must_move_bytes": must_move,
@@ -238,7 +238,7 @@ def rows_of(kind, method, side, cell):
                       "least_times_as_fast": min(turns), "most_times_as_fast": max(turns),
                       "undisturbed_step_s": line["least_step_s"],
                       "undisturbed_times_as_fast": one["least_step_s"] / line["least_step_s"],
-                      "steps_on_one_thread": line.get("on_one_thread", 0), "setup_s": line["setup_s"], "hash": line["hash"],
+                      "setup_s": line["setup_s"], "hash": line["hash"],
                       "imbalance_by_patches": imbalance(line["patches"], line["patch_colors"], t) if line["patches"] else None}
         largest = line["passes_s"].get("fused_solve" if METHODS[method] is PBD else "filter", step)
         row |= {"gb_per_s": 1e-9 * line["must_move_bytes"] / largest, "triad_gb_per_s": line["triad_gb_per_s"],
@@ -317,7 +317,6 @@ def add_strong(study, rows):
     all_groups = groups(rows, "strong")
     runs = [row for group in all_groups for row in group]
     most, load = max(row["threads"] for row in runs), max(row["load_average"] for row in runs)
-    alone = max(row["steps_on_one_thread"] for row in runs if row["threads"] > 1)
     same = all(row["hash"] == group[0]["hash"] for group in all_groups for row in group)
 
     def fraction(row):
@@ -328,9 +327,7 @@ def add_strong(study, rows):
     study.section(
         "Strong scaling: the same cloth on more threads",
         [f"{pinning}; the load average before a case was at most {load:.1f}, including this study's threads." +
-         (" Other programs used the cores too, and affect the medians." if load > 1.2 * most else "") +
-         (f" Of a body's steps on more threads up to {100 * alone:.0f} % ran on one, which malha chooses where other programs "
-          "hold threads up." if alone > 0.05 else ""),
+         (" Other programs used the cores too, and affect the medians." if load > 1.2 * most else ""),
          f"Times as fast on {most} threads as on one, medians of the turns: "
          f"{on_most_threads(all_groups, lambda row: format(row['times_as_fast'], '.2f'))}.{left_out(rows, 'strong')}",
          "Times as fast by the shortest step of each, which other programs disturb least: "
@@ -434,8 +431,8 @@ def add_on_device(study, rows):
     axes.legend()
     study.section(
         "What a step takes on the device, by size",
-        [f"On {runs[0]['device'] if runs else 'no device'}. Whole steps are timed, without waiting for their "
-         f"passes.{left_out(rows, 'strong')}", MUST_MOVE],
+        [f"On {runs[0]['device'] if runs else 'no device'}. The host waits for every pass, to time it, which it does not in "
+         f"a run.{left_out(rows, 'strong')}", MUST_MOVE],
         ["method", "particles", "ms a step", "ns a particle and step", "colours", "GB/s that must move", "a copy's GB/s", "share",
          "set-up, s"],
         [[row["method"], f"{row['particles']:,}", row["step_ms"], f"{1e6 * row['step_ms'] / row['particles']:.3g}",

@@ -67,6 +67,8 @@ class Simulation:
         threads: int = 0,
         backend: str = "openmp",
         machine: str = "cpu",
+        adaptive_threads: bool = True,
+        timed_passes: bool = False,
         interactive: bool = False,
         constraints: Iterable[Constraint] = (),
     ) -> None: ...
