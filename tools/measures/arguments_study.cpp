@@ -87,7 +87,7 @@ void add_study(CLI::App& app, StudyOptions& options) {
       "Backends. accuracy and scaling run on any --backend, the others on the host. On a device, scaling measures\n"
       "bodies of several sizes instead of numbers of threads, and accuracy measures costs by the clock.\n\n"
       "Examples:\n"
-      "  malha study all --quick                 all studies in short; a minute\n"
+      "  malha study all --quick                 all studies in short; two minutes\n"
       "  malha study accuracy                    the charts of tools/study/README.md; many minutes\n"
       "  malha study accuracy --out /tmp/study\n"
       "  malha study accuracy --share 2/3        the second of three shares\n"

@@ -96,17 +96,6 @@ TEST(Measuring, IsRefusedBeforeItStartsIfThereIsNoDevice) {
   }
 }
 
-TEST(Measuring, IsRefusedForStudiesThatRunOnTheHostOnly) {
-  const TemporaryFolder folder;
-  const Ended size = malha_command({"study", "size", "--for", "h200", "--out", "results"}, folder / ".");
-  EXPECT_EQ(size.status, 2);
-  EXPECT_EQ(
-      size.err,
-      "malha study size: found \"--for h200\"; allowed: accuracy and scaling, which run on any backend; the others "
-      "run on the host\n");
-  EXPECT_FALSE(std::filesystem::exists(folder / "results"));
-}
-
 TEST(Floor, OfADeviceIsThatOfItsMemory) {
   Row row;
   row.case_name = "grid", row.particles = 100, row.constraints = 200, row.schedule = {10, 1}, row.backend = "cuda";
