@@ -3,6 +3,7 @@
 import os
 import pathlib
 import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ import pytest
 import malha
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tools" / "study"))  # the scripts of the studies are modules, too
 COMMAND = os.environ["MALHA_COMMAND"]
 G = 9.81
 
@@ -48,6 +50,20 @@ def said_by_command(*words, cwd=None):
     """The command's exit status and its standard error without the final line break."""
     done = subprocess.run([COMMAND, *map(str, words)], capture_output=True, text=True, cwd=cwd, check=False)
     return done.returncode, done.stderr.rstrip("\n")
+
+
+def run_study(name, *words):
+    """A study's script, or results.py, that has run with these words."""
+    return subprocess.run([sys.executable, ROOT / "tools" / "study" / f"{name}.py", *map(str, words)], capture_output=True,
+                          text=True, check=False)
+
+
+def quick_study(name, make_folder):
+    """The folder of the results of a quick run of a study. make_folder: tmp_path_factory.mktemp."""
+    out = make_folder(name)
+    ended = run_study(name, "--quick", "--out", out)
+    assert ended.returncode == 0, ended.stderr
+    return out
 
 
 @pytest.fixture

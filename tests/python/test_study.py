@@ -1,10 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """tools/study/study.py: cells are measured once and kept, shares merge into the results of one process, what does not fit
 is refused with its line, replays are pages, and a study that is stopped goes on. Times are never asserted."""
-import csv
 import json
 import os
-import pathlib
 import re
 import shutil
 import signal
@@ -13,7 +11,7 @@ import sys
 import time
 
 import pytest
-from conftest import COMMAND, ROOT
+from conftest import COMMAND, ROOT, run_study
 
 pytest.importorskip("matplotlib")
 
@@ -147,7 +145,6 @@ def test_a_study_leaves_rows_charts_and_a_page_and_measures_nothing_twice(folder
     replay = (out / "squares_flights.html").read_text()
     assert "1 s" in replay and "2^59 s" in replay and "finished" in replay and "diverged" in replay
     (out / "squares_flights.html").unlink()
-    sys.path.insert(0, str(ROOT / "tools" / "study"))
     import study as studies
     assert "squares_flights.html" not in studies.page(out)  # no link to a missing file
 
@@ -335,8 +332,7 @@ def test_options_that_do_not_fit_are_refused(folder, words, said):
 
 
 def test_a_merge_needs_no_device(tmp_path):
-    ended = subprocess.run([sys.executable, ROOT / "tools" / "study" / "scaling.py", "--backend", "cuda", "--merge", tmp_path / "none"],
-                           capture_output=True, text=True, check=False)
+    ended = run_study("scaling", "--backend", "cuda", "--merge", tmp_path / "none")
     assert ended.returncode == 2 and "none: found No such file or directory" in ended.stderr
 
 
@@ -386,9 +382,8 @@ def test_all_studies_run_one_after_the_other_and_an_interrupt_names_them_all(tmp
 
 @pytest.mark.parametrize("name", STUDIES)
 def test_no_study_measures_cells_of_other_shares(tmp_path, name):
-    script = [sys.executable, ROOT / "tools" / "study" / f"{name}.py", "--quick"]
-    last = subprocess.run([*script, "--share", "100000/100000", "--out", tmp_path], capture_output=True, text=True, check=False)
+    last = run_study(name, "--quick", "--share", "100000/100000", "--out", tmp_path)
     assert last.returncode == 0 and f"share       100000/100000 of {name}: 0 cells" in last.stdout, last.stderr
-    merged = subprocess.run([*script, "--merge", tmp_path, "--out", tmp_path / "merged"], capture_output=True, text=True, check=False)
+    merged = run_study(name, "--quick", "--merge", tmp_path, "--out", tmp_path / "merged")
     assert merged.returncode == 1 and "share 1/100000, which has no journal, lacks 1 cell: " in merged.stderr, merged.stderr
     assert not (tmp_path / "merged").exists()

@@ -4,19 +4,14 @@ references agree with closed forms. Times are never asserted."""
 import csv
 import json
 import math
-import os
-import pathlib
 import re
-import subprocess
-import sys
 
 import numpy as np
 import pytest
+from conftest import quick_study
 
 pytest.importorskip("matplotlib")
 reference = pytest.importorskip("_malha_reference")
-STUDY = pathlib.Path(__file__).resolve().parents[2] / "tools" / "study"
-sys.path.insert(0, str(STUDY))
 import accuracy  # noqa: E402
 
 SPRINGS = ("sheet7", "drum5", "shell", "chain")  # cases of many springs
@@ -27,11 +22,7 @@ FILTERED = "XPBD, substeps, filtered bending, float"
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     """The results of a quick run."""
-    out = tmp_path_factory.mktemp("accuracy")
-    ended = subprocess.run([sys.executable, STUDY / "accuracy.py", "--quick", "--out", out], capture_output=True, text=True,
-                           check=False, env=os.environ)
-    assert ended.returncode == 0, ended.stderr
-    return out
+    return quick_study("accuracy", tmp_path_factory.mktemp)
 
 
 @pytest.fixture(scope="module")
@@ -248,7 +239,7 @@ def test_all_springs_of_a_taut_sheet_stay_under_tension():
 def test_a_grid_that_bends_comes_to_rest_as_a_heavy_elastica():
     def distance(cells):
         strip = accuracy.cantilever(cells)
-        return accuracy.rms_distance(accuracy.system_of(strip).equilibrium(1e-4), strip.exact(0)[0])
+        return accuracy.studies.rms_distance(accuracy.system_of(strip).equilibrium(1e-4), strip.exact(0)[0])
 
     coarse, fine = distance(8), distance(16)
     assert coarse < 0.02

@@ -1,22 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """malha study parsimony: what its quick version finds of launches and bytes. Times are never asserted."""
 import json
-import pathlib
-import subprocess
-import sys
 
 import pytest
+from conftest import quick_study
 
 pytest.importorskip("matplotlib")
-STUDY = pathlib.Path(__file__).resolve().parents[2] / "tools" / "study"
 
 
 @pytest.fixture(scope="module")
 def result(tmp_path_factory):
     """parsimony.json of a quick run."""
-    out = tmp_path_factory.mktemp("parsimony")
-    ended = subprocess.run([sys.executable, STUDY / "parsimony.py", "--quick", "--out", out], capture_output=True, text=True, check=False)
-    assert ended.returncode == 0, ended.stderr
+    out = quick_study("parsimony", tmp_path_factory.mktemp)
     return json.loads((out / "parsimony.json").read_text())
 
 

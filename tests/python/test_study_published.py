@@ -2,28 +2,19 @@
 """malha study published: its quick version agrees with printed results and with references. Times are never asserted."""
 import csv
 import json
-import os
-import pathlib
-import subprocess
-import sys
 
 import numpy as np
 import pytest
+from conftest import quick_study
 
 pytest.importorskip("matplotlib")
-STUDY = pathlib.Path(__file__).resolve().parents[2] / "tools" / "study"
-sys.path.insert(0, str(STUDY))
 import published  # noqa: E402
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     """The results of a quick run."""
-    out = tmp_path_factory.mktemp("published")
-    ended = subprocess.run([sys.executable, STUDY / "published.py", "--quick", "--out", out], capture_output=True, text=True,
-                           check=False, env=os.environ)
-    assert ended.returncode == 0, ended.stderr
-    return out
+    return quick_study("published", tmp_path_factory.mktemp)
 
 
 @pytest.fixture(scope="module")

@@ -2,24 +2,15 @@
 """malha study results: its page has the numbers of the folder's JSON, and names what the folder lacks."""
 import html
 import json
-import os
-import pathlib
 import re
-import subprocess
-import sys
 from html.parser import HTMLParser
 
 import pytest
+from conftest import run_study
 
 pytest.importorskip("matplotlib")
-STUDY = pathlib.Path(__file__).resolve().parents[2] / "tools" / "study"
 BUILD = {"malha_version": "0.1.0", "compiler": "GNU", "flags": "", "instructions": "avx2", "cpu": "a processor", "cores": 2}
 MEASURED = ["bounces", "elastic pendulum"]  # cheap protocols, one that passes and one that fails
-
-
-def run(script, *words):
-    return subprocess.run([sys.executable, STUDY / script, *map(str, words)], capture_output=True, text=True, check=False,
-                          env=os.environ)
 
 
 def save(folder, name, rows, sections):
@@ -78,13 +69,13 @@ class Page(HTMLParser):
 def folder(tmp_path_factory):
     """A folder of results without those of scaling, and its page."""
     out = tmp_path_factory.mktemp("study") / "the results"
-    measured = run("validation.py", "--quick", "--out", out, "--only", *MEASURED)
+    measured = run_study("validation", "--quick", "--out", out, "--only", *MEASURED)
     assert measured.returncode == 0, measured.stderr
     save(out, "accuracy", ACCURACY, [("A spring: what accuracy costs", "accuracy_orbit_cost")])
     save(out, "stability", STABILITY, [("Time step", "stability_steps"), ("Other", "stability_weight")])
     for name in ("steps", "weight"):
         (out / f"stability_{name}.svg").write_text(f'<svg width="9" height="9"><g id="map_{name}"/></svg>')
-    ended = run("results.py", "--out", out)
+    ended = run_study("results", "--out", out)
     assert ended.returncode == 0, ended.stderr
     assert "Warning" not in ended.stderr
     return out
@@ -179,7 +170,7 @@ def test_the_page_stands_by_itself_and_its_identifiers_are_its_own(page):
 
 def test_the_first_page_links_to_it(folder):
     assert (folder / "index.html").read_text(encoding="utf-8").count('<a href="results.html">') == 1
-    assert run("results.py", "--out", folder).returncode == 0
+    assert run_study("results", "--out", folder).returncode == 0
     assert (folder / "index.html").read_text(encoding="utf-8").count('<a href="results.html">') == 1
 
 
@@ -188,13 +179,13 @@ def test_the_speed_up_by_threads_is_that_of_the_rows(folder, tmp_path):
         {"kind": "strong", "method": method, "particles": particles, "threads": threads, "times_as_fast": times}
         for method, particles, threads, times in (("PBD", 289, 1, 1.0), ("PBD", 289, 4, 1.1), ("Desbrun", 10000, 4, 3.456))] + [
         {"kind": "launch", "threads": 8}], [])
-    assert run("results.py", "--out", tmp_path).returncode == 0
+    assert run_study("results", "--out", tmp_path).returncode == 0
     assert ("On 4 threads a step is 1.10 times (PBD, 289 particles) to 3.46 times (Desbrun, 10,000 particles) as fast as on "
             "one.") in (tmp_path / "results.html").read_text(encoding="utf-8")
 
 
 def test_a_folder_that_does_not_exist_is_refused(tmp_path):
-    ended = run("results.py", "--out", tmp_path / "none")
+    ended = run_study("results", "--out", tmp_path / "none")
     assert ended.returncode == 2
     assert ended.stderr.startswith(f"malha study results: {tmp_path / 'none'}: found no folder; allowed: ")
     assert not (tmp_path / "none").exists()

@@ -2,32 +2,22 @@
 """tools/study/scaling.py in its quick version: the same bits on all numbers of threads, and fits. Times are never asserted."""
 import json
 import os
-import subprocess
-import sys
 import types
 
 import pytest
-from conftest import ROOT
+from conftest import quick_study, run_study
 
 pytest.importorskip("matplotlib")
-pytest.importorskip("scipy")
+pytest.importorskip("_malha_reference")
 
-sys.path.insert(0, str(ROOT / "tools" / "study"))
 import scaling  # noqa: E402
 
 THREADS = scaling.thread_counts(len(os.sched_getaffinity(0)))
 
 
-def run(*words):
-    return subprocess.run([sys.executable, ROOT / "tools" / "study" / "scaling.py", "--quick", *map(str, words)],
-                          capture_output=True, text=True, check=False)
-
-
 @pytest.fixture(scope="module")
 def result(tmp_path_factory):
-    out = tmp_path_factory.mktemp("scaling")
-    done = run("--out", out)
-    assert done.returncode == 0, done.stderr
+    out = quick_study("scaling", tmp_path_factory.mktemp)
     result = json.loads((out / "scaling.json").read_text())
     for section in result["sections"]:
         assert not section["chart"] or (out / f"{section['chart']}.svg").exists()
@@ -195,7 +185,7 @@ def test_a_device_is_measured_by_its_driver(monkeypatch):
 
 
 def test_a_device_that_is_not_there_is_named(tmp_path):
-    ended = run("--backend", "cuda", "--out", tmp_path / "out")
+    ended = run_study("scaling", "--quick", "--backend", "cuda", "--out", tmp_path / "out")
     if ended.returncode == 0:
         pytest.skip("there is a device")
     assert ended.returncode == 2 and "cuda" in ended.stderr.lower() and "Traceback" not in ended.stderr

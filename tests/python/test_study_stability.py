@@ -4,18 +4,15 @@ settings do not."""
 import json
 import math
 import os
-import pathlib
 import subprocess
-import sys
 
 import numpy as np
 import pytest
+from conftest import quick_study
 
 pytest.importorskip("matplotlib")
 pytest.importorskip("scipy")
 reference = pytest.importorskip("_malha_reference")
-STUDY = pathlib.Path(__file__).resolve().parents[2] / "tools" / "study"
-sys.path.insert(0, str(STUDY))
 import stability  # noqa: E402
 
 STABLE, WRONG, DIVERGED = stability.VERDICTS
@@ -24,11 +21,7 @@ STABLE, WRONG, DIVERGED = stability.VERDICTS
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     """The results of a quick run."""
-    out = tmp_path_factory.mktemp("stability")
-    ended = subprocess.run([sys.executable, STUDY / "stability.py", "--quick", "--out", out], capture_output=True, text=True,
-                           check=False, env=os.environ)
-    assert ended.returncode == 0, ended.stderr
-    return out
+    return quick_study("stability", tmp_path_factory.mktemp)
 
 
 @pytest.fixture(scope="module")

@@ -5,7 +5,6 @@ import csv
 import html
 import json
 import os
-import pathlib
 import subprocess
 import sys
 
@@ -18,7 +17,6 @@ from scipy.integrate import quad, solve_ivp  # noqa: E402
 from scipy.linalg import eigh  # noqa: E402
 from scipy.optimize import brentq, fsolve  # noqa: E402
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "tools" / "study"))
 import validation  # noqa: E402
 
 

@@ -187,7 +187,7 @@ def elastic_catenary(span, length, weight, EA, points):
 
 def catenary(segments):
     line, hung = elastic_catenary(1, 1, CHAIN_MASS * G, CHAIN_EA, segments), chain(segments)
-    hung.discretisation_error = rms_distance(system_of(hung).equilibrium(1e-9), line)
+    hung.discretisation_error = studies.rms_distance(system_of(hung).equilibrium(1e-9), line)
     hung.expected = (
         f"The equilibrium of the springs is {hung.discretisation_error:.1e} m (RMS) from that of the continuous line, which sags "
         f"by {-line[segments // 2, 1]:.4f} m: this error is the discretisation's, not the methods'.")
@@ -378,11 +378,6 @@ def rms(a):
     return norm(a) / math.sqrt(a.size)
 
 
-def rms_distance(x, y):
-    """RMS distance of the particles, m. x, y: (N, 3), m."""
-    return norm(x - y) / math.sqrt(len(x))
-
-
 def kinetic_plus_elastic(system, x, v):
     now = system.conserved(x, v)
     return now["kinetic"] + now["elastic"]
@@ -424,8 +419,8 @@ def truth_of(study, case, system):
 
         (_, perturbed), (_, coarse) = run(case.reference // 2, PERTURBATION), run(case.reference // 2)
         truth.energy, truth.at = run(case.reference)
-        truth.step_difference = [rms_distance(a[0], b[0]) for a, b in zip(truth.at, coarse)]
-        truth.perturbed_difference = [rms_distance(a[0], b[0]) for a, b in zip(perturbed, coarse)]
+        truth.step_difference = [studies.rms_distance(a[0], b[0]) for a, b in zip(truth.at, coarse)]
+        truth.perturbed_difference = [studies.rms_distance(a[0], b[0]) for a, b in zip(perturbed, coarse)]
         truth.uncertainty = list(map(max, truth.step_difference, truth.perturbed_difference))
     truth.energy = max(truth.energy, *(kinetic_plus_elastic(system, *state) for state in truth.at))
     if case.taut:
@@ -436,7 +431,7 @@ def truth_of(study, case, system):
 def errors(system, x, v, truth, energy):
     """Errors of a state against the true one; energy: that to which the drift of the energy is related, J."""
     now, then = system.conserved(x, v), system.conserved(*truth)
-    return {"rms_error_m": rms_distance(x, truth[0]),
+    return {"rms_error_m": studies.rms_distance(x, truth[0]),
             "rms_strain": rms(system.strains(x)),
             "rms_strain_error": rms(system.strains(x) - system.strains(truth[0])),
             "energy_drift": (now["energy"] - then["energy"]) / energy,
@@ -804,7 +799,7 @@ def order_error(scheme, edges, substeps):
         run = malha.Simulation(scene_by(hung, {"type": "pbd", "substeps": substeps, "precision": "double",
                                                "iterations": 1 if scheme == ONE else substeps}, compliant=False), threads=1)
         run.step(ORDER_FRAMES)
-    return rms_distance(run.positions, true_sheet(edges, ORDER_TIME + (FRAME / substeps / 2 if scheme == LATER else 0)))
+    return studies.rms_distance(run.positions, true_sheet(edges, ORDER_TIME + (FRAME / substeps / 2 if scheme == LATER else 0)))
 
 
 def add_order(study, cells):

@@ -28,10 +28,6 @@ def percent(part):
     return f"{100 * part:.3g} %"
 
 
-def counted(number, what):
-    return f"{number} {what}" + ("s" if number != 1 else "")
-
-
 def scene_of(body, dt, substeps, iterations, gravity=9.81):
     """A scene of one body by PBD in double. It has no levels, because the papers have none."""
     solver = {"type": "pbd", "dt": dt, "substeps": substeps, "iterations": iterations, "precision": "double", "levels": "off"}
@@ -153,9 +149,9 @@ def spring_settings(quick):
         return {"what": what, "constraint": constraint, "substeps": substeps, "iterations": iterations}
 
     xpbd, counts = {"compliance": COMPLIANCE}, (1, 5, 10)
-    return ([setting("XPBD, " + counted(n, "iteration"), xpbd, 1, n) for n in counts] +
+    return ([setting("XPBD, " + studies.counted(n, "iteration"), xpbd, 1, n) for n in counts] +
             [setting(f"XPBD, {n} substeps", xpbd, n, 1) for n in ([10] if quick else [10, 100])] +
-            [setting("PBD, k = 0.1, " + counted(n, "iteration"), {"stiffness": 1 - 0.9**n}, 1, n) for n in counts])
+            [setting("PBD, k = 0.1, " + studies.counted(n, "iteration"), {"stiffness": 1 - 0.9**n}, 1, n) for n in counts])
 
 
 def request_springs(study):
@@ -306,7 +302,7 @@ def show_chains(study, chains):
         ["Printed: errors of at most 6, 2 and 0.5 % with 50, 100 and 1000 iterations. The paper states neither step nor spacing "
          "nor start; here the chain starts horizontal. The force at the support is that which balances the change of momentum of "
          "all particles, and errors are relative to the largest force of the run.",
-         f"Of {counted(len(chains), 'setting')} the closest is a step of {dt:.4g} s and a spacing of {spacing:g} m: malha's "
+         f"Of {studies.counted(len(chains), 'setting')} the closest is a step of {dt:.4g} s and a spacing of {spacing:g} m: malha's "
          f"errors are {three('malha', 'of_most')}; those of a plain sweep from the support on are {three('in_order', 'of_most')}"
          f"; and with 1 kg at the free end instead of half of that {three('in_order_1kg', 'of_most')}.",
          "malha projects every other link and then the rest, not from the support on: its errors differ from the plain sweep's "
@@ -647,7 +643,7 @@ def time_cloth(drapes, substeps, threads, quick):
 def request_cloths(study):
     motions = [(False, 2)] if study.quick else [(True, 20), (False, 10), (False, 20)]
     settings = [(*motion, threads) for motion in motions for threads in ([1] if study.quick else sorted({1, study.cores}))]
-    return list(zip(settings, study.cells(settings, lambda at: f"cloth: {motion_name(*at[:2])}, {counted(at[2], 'thread')}",
+    return list(zip(settings, study.cells(settings, lambda at: f"cloth: {motion_name(*at[:2])}, {studies.counted(at[2], 'thread')}",
                                           lambda at: time_cloth(*at, study.quick))))
 
 
@@ -660,7 +656,7 @@ def show_cloths(study, cloths):
                   crossings=cell["crossings"], **studies.machine(cell))
         table.append([motion, threads, 30, f"{mean:.3g}", f"{slowest:.3g}", cell["most_contacts"], percent(cell["strain_rms"]),
                       cell["crossings"]])
-        summary.append(f"{mean:.3g}, the slowest frame {slowest:.3g} ({motion}, {counted(threads, 'thread')})")
+        summary.append(f"{mean:.3g}, the slowest frame {slowest:.3g} ({motion}, {studies.counted(threads, 'thread')})")
     best = max(1 / cell["mean_frame_s"] for _, cell in cloths)
     study.section(
         "PBD 2006, figure 6: a self-colliding cloth of 1,364 vertices",

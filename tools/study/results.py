@@ -270,7 +270,6 @@ def scaling(result, folder):
 
 PARTS = [("accuracy", "Speed against accuracy", accuracy), ("validation", "Passed and failed", validation),
          ("stability", "Stability", stability), ("scaling", "Threads", scaling)]
-LINK = '<p><a href="results.html">The results in one look</a></p>\n'
 
 
 def result_of(folder, name):
@@ -302,10 +301,7 @@ def page(folder):
 def write(folder):
     """Writes results.html into the folder, and a link to it into index.html."""
     (folder / "results.html").write_text(page(folder), encoding="utf-8")
-    index = studies.page(folder)
-    if LINK not in index:
-        index = index.replace("</h1>\n", "</h1>\n" + LINK, 1)
-    (folder / "index.html").write_text(index, encoding="utf-8")
+    (folder / "index.html").write_text(studies.page(folder), encoding="utf-8")
 
 
 def main():

@@ -19,14 +19,14 @@ import time
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 import study as studies  # noqa: E402
 
-studies.require("scipy")
+studies.require("_malha_reference")
 
+import _malha_reference as reference  # noqa: E402
 import malha  # noqa: E402
 import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
 from matplotlib.lines import Line2D  # noqa: E402
 from matplotlib.ticker import LogLocator  # noqa: E402
-from scipy.linalg import solve_banded  # noqa: E402
 
 G = 9.81  # m/s^2
 FRAME = 1 / 60  # s, a step
@@ -241,59 +241,21 @@ def measured_cost(method, side, quick):
 # ---- Errors ----------------------------------------------------------------------------------------------------------
 
 
-def falling_chain(links, length, h, steps):
-    """Yields the joints (links + 1, 2), upwards and away from the first one, m, and their velocities, after each of the steps.
-
-    An inextensible chain of equal links is pinned at its first joint and released from the horizontal. All joints have equal
-    masses, of 1 kg together, except the last, which has half of one: so move the rows of an inextensible cloth. It is
-    integrated by the leapfrog method with exact constraints (SHAKE: Ryckaert, Ciccotti & Berendsen 1977), which Newton's
-    method solves together in each step of h s.
-    """
-    link = length / links
-    w = np.full(links + 1, float(links))  # 1/kg
-    w[0], w[-1] = 0, 2 * links
-    x, v = np.stack([np.zeros(links + 1), np.arange(links + 1) * link], axis=1), np.zeros((links + 1, 2))
-    bands = np.zeros((3, links))
-    for _ in range(steps):
-        along = x[1:] - x[:-1]
-        p = x + h * v
-        p[1:, 0] -= h * h * G
-        for _ in range(50):
-            now = p[1:] - p[:-1]
-            c = (np.einsum("ij,ij->i", now, now) - link**2) / 2
-            if np.abs(c).max() < 1e-12 * link**2:
-                break
-            bands[0, 1:] = -w[1:-1] * np.einsum("ij,ij->i", now[:-1], along[1:])
-            bands[1] = (w[:-1] + w[1:]) * np.einsum("ij,ij->i", now, along)
-            bands[2, :-1] = -w[1:-1] * np.einsum("ij,ij->i", now[1:], along[:-1])
-            pull = solve_banded((1, 1), bands, -c, check_finite=False)[:, None] * along
-            p[:-1] -= w[:-1, None] * pull
-            p[1:] += w[1:, None] * pull
-        else:
-            raise RuntimeError("a chain's step is too long")
-        x, v = p, (p - x) / h
-        yield x, v
-
-
 @functools.lru_cache(maxsize=None)
 def true_rows(frame):
     """Where the rows of the inextensible cloth are after half a second or a second (30 or 60 frames): a function of their
     distance from the pins. Its 100 steps a frame resolve waves over its links of 4 mm."""
     links = 500
-    for x, _ in falling_chain(links, SIDE, FRAME / 100, 100 * frame):
-        pass
-    at = np.arange(links + 1) * (SIDE / links)
-    return lambda along: (np.interp(along, at, x[:, 0]), np.interp(along, at, x[:, 1]))
-
-
-def rms_distance(x, truth):
-    return np.linalg.norm(x - truth) / math.sqrt(len(x))
+    chain = reference.Chain(links, SIDE, G)
+    chain.advance(FRAME / 100, 100 * frame)
+    at, (up, away) = np.arange(links + 1) * (SIDE / links), chain.joints.T
+    return lambda along: (np.interp(along, at, up), np.interp(along, at, away))
 
 
 def cloth_error(rest, x, frame):
     """RMS distance (m) of a cloth from an inextensible one. rest: its positions at the start."""
     up, away = true_rows(frame)(rest[:, 2])
-    return rms_distance(x, np.stack([rest[:, 0], up, away], axis=1))
+    return studies.rms_distance(x, np.stack([rest[:, 0], up, away], axis=1))
 
 
 def hang(scene, error, frames=60):
@@ -370,28 +332,6 @@ def least_work(method, mesh, side):
     return {"count": high} | result
 
 
-def heavy_elastica(gamma, points):
-    """Reach and drop (points + 1, 2) of an inextensible line of length 1 that leaves a clamp horizontally and bends under its
-    weight: theta'' + gamma (1 - s) cos theta = 0, theta(0) = 0, theta'(1) = 0. By shooting from the free end."""
-    parts = -(-4000 // points)
-    n = points * parts
-    low, high = 0.0, math.pi / 2  # the slope at the free end
-    for _ in range(60):
-        theta, bend, reach, drop = (low + high) / 2, 0.0, 0.0, 0.0
-        line = [(0.0, 0.0)]
-        for k in range(n):  # the midpoint rule; a line that rises has bent too much
-            if theta < 0:
-                break
-            half = theta + bend / (2 * n)
-            cos = math.cos(half)
-            bend -= gamma * ((k + 0.5) / n) * cos / n
-            reach, drop, theta = reach + cos / n, drop + math.sin(half) / n, half + bend / (2 * n)
-            if (k + 1) % parts == 0:
-                line.append((reach, drop))
-        low, high = ((low + high) / 2, high) if theta < 0 else (low, (low + high) / 2)
-    return np.array(line[-1]) - np.array(line[::-1])
-
-
 def bent_strip(method, cells):
     """The cell of a clamped strip of 1 m x 0.25 m that comes to rest in air as a heavy elastica."""
     density, width, gamma, across = 0.1, 0.25, 10, cells // 4  # kg/m^2, m
@@ -403,10 +343,10 @@ def bent_strip(method, cells):
                  "mass": density * width, "pins": [{"particles": list(range(2 * (across + 1)))}],
                  "constraints": [{"type": "distance", "elements": ["edges", "shear"], "compliance": 1 / 1e5},
                                  {"type": "bending", "rigidity": density * G * length**3 / gamma}]}]}
-    line = length * heavy_elastica(gamma, cells - 1)
+    line = length * reference.heavy_elastica(gamma, cells - 1)
     z, y = np.append(0, 1 / cells + line[:, 0]), np.append(0, -line[:, 1])
     truth = np.stack(np.broadcast_arrays(width * np.arange(across + 1) / across, y[:, None], z[:, None]), axis=-1).reshape(-1, 3)
-    return hang(scene, lambda rest, x, frame: rms_distance(x, truth), frames=300)
+    return hang(scene, lambda rest, x, frame: studies.rms_distance(x, truth), frames=300)
 
 
 def error_cases(quick):

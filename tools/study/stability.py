@@ -855,10 +855,6 @@ def sheet_positions(precision, substeps, distance=0):
     return simulate(scene, 30).positions - distance
 
 
-def rms_distance(a, b):
-    return np.linalg.norm(a - b) / math.sqrt(len(a))
-
-
 @part(14, 6)
 def substeps_failure(study):
     """Float with many substeps."""
@@ -872,8 +868,8 @@ def substeps_failure(study):
     counts = [1, 32, 1024] if study.quick else [4**k for k in range(7)]
     plain = "plain sweep, v = (p - x) / h"
     lines = [line(study, "substeps", "malha", counts,
-                  lambda n: rms_distance(sheet_positions("float", n), sheet_positions("double", n))),
-             line(study, "substeps", plain, counts, lambda n: rms_distance(swept("float", n), swept("double", n)))]
+                  lambda n: studies.rms_distance(sheet_positions("float", n), sheet_positions("double", n))),
+             line(study, "substeps", plain, counts, lambda n: studies.rms_distance(swept("float", n), swept("double", n)))]
     if study.partial:
         return
     lines_section(study, "substeps", "Float with many substeps: 17 x 17 particles pinned at one row, after 0.5 s",
@@ -890,7 +886,7 @@ def distance_failure(study):
     """Float far from the origin."""
     truth = sheet_positions("double", 10)
     distances = [1, 100, 10000] if study.quick else [10**k for k in range(6)]
-    lines = [line(study, "distance", precision, distances, lambda far: rms_distance(sheet_positions(precision, 10, far), truth))
+    lines = [line(study, "distance", precision, distances, lambda far: studies.rms_distance(sheet_positions(precision, 10, far), truth))
              for precision in ("float", "double")]
     if study.partial:
         return
@@ -1131,7 +1127,7 @@ def turning_failure(study):
                    "16 substeps": filtered("off", 0, substeps=16), "256 substeps": filtered("off", 0, substeps=256),
                    "XPBD, 16 substeps": {"substeps": 16, "precision": "double"}}
         for title, solver in solvers.items():
-            lines.append(line(study, "turning", title, stiffnesses, lambda k: rms_distance(
+            lines.append(line(study, "turning", title, stiffnesses, lambda k: studies.rms_distance(
                 simulate(falling_chain(k, **solver), frames).positions, truth[k]), FRAME * FRAME / 0.01))
 
     lines = []

@@ -26,6 +26,7 @@ import html
 import importlib
 import io
 import json
+import math
 import os
 import pathlib
 import re
@@ -127,7 +128,7 @@ class Study:
         cores = self.builds[0]["cores"]
         for build, journal in zip(self.builds, self._merged["found_in"] if self._merged else []):
             if build["cores"] != cores:
-                refuse(f"{journal}: line 1", _counted(build["cores"], "core"), f"{cores}, as in "
+                refuse(f"{journal}: line 1", counted(build["cores"], "core"), f"{cores}, as in "
                        f"{self._merged['found_in'][0]}: this study measures by the number of cores")
         return cores
 
@@ -280,7 +281,7 @@ class Study:
             share = f"{number}/{self._shares}"
             lacks = " lacks" if number in self._merged["given"] else ", which has no journal, lacks"
             shown = ", ".join(f'"{key}"' for key in list(keys)[:20]) + (" and others" if len(keys) > 20 else "")
-            print(f"malha study: {self.name}: share {share}{lacks} {_counted(len(keys), 'cell')}: {shown}; to measure: "
+            print(f"malha study: {self.name}: share {share}{lacks} {counted(len(keys), 'cell')}: {shown}; to measure: "
                   f"{command} --share {share}", file=sys.stderr)
 
 
@@ -468,6 +469,11 @@ def text(value):
     return str(value)
 
 
+def rms_distance(x, y):
+    """RMS distance of particles, m. x, y: (N, 3), m."""
+    return np.linalg.norm(x - y) / math.sqrt(len(x))
+
+
 def _build(on):
     """Version and flags of malha, and the processor. Raises malha.InputError where the backend has no device."""
     report = malha.Simulation({"name": "build", "duration": 1, "solver": {"type": "pbd"}, "bodies": [
@@ -478,18 +484,21 @@ def _build(on):
 
 
 def _program():
-    """A hash of malha's module and of the scripts, which distinguishes what measured a journal's cells."""
-    modules = [sys.modules[name] for name in ("_malha", "_malha_reference", "study", "__main__") if name in sys.modules]
-    files = [module.__file__ for module in modules]
+    """A hash of malha's modules and of the scripts, which distinguishes what measured a journal's cells."""
+    files = [sys.modules[name].__file__ for name in ("_malha", "_malha_reference", "__main__") if name in sys.modules]
+    here = pathlib.Path(__file__).parent  # a script may import another one
+    loaded = {pathlib.Path(module.__file__) for module in list(sys.modules.values()) if getattr(module, "__file__", None)}
+    files += sorted(file for file in loaded if file.parent == here and str(file) not in files)
     return hashlib.sha256(b"".join(pathlib.Path(file).read_bytes() for file in files)).hexdigest()[:16]
 
 
-def _counted(number, word):
+def counted(number, word):
+    """The number with its noun: "1 cell", "2 cells"."""
     return f"{number} {word}" + ("s" if number != 1 else "")
 
 
 def machine_text(build):
-    return f"{build['cpu']}, {_counted(build['cores'], 'core')}"
+    return f"{build['cpu']}, {counted(build['cores'], 'core')}"
 
 
 def maker(build):
@@ -564,8 +573,9 @@ def page(folder):
                 body.append(f"<details{unfolded}><summary>The numbers</summary>\n<table>\n" +
                             "\n".join(f"<tr>{line}</tr>" for line in lines) + "</table></details>")
             body.append("</section>")
+    link = '<p><a href="results.html">The results in one look</a></p>\n' if (folder / "results.html").exists() else ""
     return (f'<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8"><title>malha: studies</title><style>{STYLE}'
-            "</style></head><body>\n<h1>malha: studies</h1>\n<ul>\n" + "\n".join(contents) + "</ul>\n" +
+            f"</style></head><body>\n<h1>malha: studies</h1>\n{link}<ul>\n" + "\n".join(contents) + "</ul>\n" +
             "\n".join(body) + "</body></html>\n")
 
 
@@ -625,13 +635,13 @@ def main(name, what, measure, *, only=None, any_backend=False):
                               *(["--only", *chosen] if chosen else [])])
         if given.share:
             study._clear()
-            print(f"share       {share_text(given.share)} of {name}: {_counted(len(study._done), 'cell')} in "
+            print(f"share       {share_text(given.share)} of {name}: {counted(len(study._done), 'cell')} in "
                   f"{study.out / journal_name(name, given.quick, given.share)}", flush=True)
         elif study._missing:
             study._say_missing(command)
             sys.exit(UNMET)
         else:
-            study._write(command + (f" --merge, {_counted(study._shares, 'share')}" if given.merge else ""))
+            study._write(command + (f" --merge, {counted(study._shares, 'share')}" if given.merge else ""))
     except KeyboardInterrupt as stopped:
         typed = [word for word in sys.argv[1:] if word != "--all"]
         print(f"{chr(10) if sys.stderr.isatty() else ''}interrupted; go on with: "

@@ -47,12 +47,12 @@ std::string draw_layers_chart(const nlohmann::ordered_json& rows, const std::fil
     all.push_back(points(mean, 7, colour, 1, counted(t, "thread") + ", mean"));
     all.push_back(points(largest, 6, colour, 2, counted(t, "thread") + ", largest"));
   }
-  const std::string other = "Offset Geometric Contact as printed (2025; many cores), ";
+  const std::string other = "OGC (2025) as printed, many cores, ";
   all.push_back(points(formatted("%d %g\n", kPublishedParticles, kPublishedMean), 9, "#000000", 1, other + "mean"));
   all.push_back(
       points(formatted("%d %g\n", kPublishedParticles, kPublishedLargest), 8, "#000000", 1, other + "largest"));
   return draw(
-      "set logscale xy\nset key left top\nset xlabel 'particles'\nset ylabel 's per step of 1/60 s'\n"
+      "set logscale xy\nset xlabel 'particles'\nset ylabel 's per step of 1/60 s'\n"
       "set title 'Fifty layers fall over a ball; nothing crosses after any step'\n"
       "set format x '%g'\nset format y '%g'\n",
       all, folder, "self");

@@ -75,12 +75,4 @@ double ReferenceChain::potential() const {
   return sum;
 }
 
-ReferenceChain::Position ReferenceChain::at(double along) const {
-  const double place = std::clamp(along / link_, 0.0, static_cast<double>(x_.size() - 1));
-  const std::size_t e = std::min(static_cast<std::size_t>(place), x_.size() - 2);
-  const double part = place - static_cast<double>(e);
-  const Joint way = joint_to_joint(x_[e], x_[e + 1]);
-  return {x_[e][0] + part * way[0], x_[e][1] + part * way[1]};
-}
-
 }  // namespace malha::study

@@ -19,8 +19,6 @@ class ReferenceChain {
   const std::vector<Position>& joints() const { return x_; }
   double kinetic() const;    // J, for a total mass of 1 kg, at the middle of the last step
   double potential() const;  // J
-  /// The position at a distance along the chain, m.
-  Position at(double along) const;
 
  private:
   double link_, gravity_, mass_;

@@ -218,7 +218,10 @@ PYBIND11_MODULE(_malha_reference, module) {
             for (std::size_t i = 0; i < c.joints().size(); ++i) all.row(i) << c.joints()[i][0], c.joints()[i][1];
             return all;
           },
-          "(links + 1, 2), m: upwards, and away from the first joint.");
+          "(links + 1, 2), m: upwards, and away from the first joint.")
+      .def_property_readonly("kinetic", &ReferenceChain::kinetic,
+                             "J, for a total mass of 1 kg, at the middle of the last step.")
+      .def_property_readonly("potential", &ReferenceChain::potential, "J, 0 at the start.");
 
   module.def(
       "heavy_elastica",
