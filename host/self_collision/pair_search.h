@@ -168,8 +168,7 @@ class PairSearch {
 
   SweptBounds<R> swept_bounds() const { return {from_.data(), way_.data(), rest_.data()}; }
 
-  /// Finds the pairs in the swept bounds, with the capacity that the last search needed and a quarter more, and again
-  /// where that is too small.
+  /// Finds the pairs in the swept bounds, and those of clusters whose capacity is too small again.
   void find_pairs(Contacts& contacts) {
     contacts.start_search();
     parallel_for(executor_, particles_, ComputeSweptAabbs<R>{swept_bounds(), rules_.min_distance, boxes_.data()},
@@ -178,17 +177,19 @@ class PairSearch {
     for (int level = 1; level < clusters_.tree.levels; ++level)
       parallel_for(executor_, clusters_.tree.nodes[level], RefitLevel<R>{clusters_.tree, level});
     const int threads = std::clamp(clusters_.count / kClustersPerThread, 1, threads_of(executor_));
+    using Find = typename PairIndexMemory<Executor>::template Find<R>;
     do {
       index_memory_.reserve(particles_, threads, contacts.list_capacity());
-      const typename PairIndexMemory<Executor>::template Find<R> find{{clusters_,
-                                                                       swept_bounds(),
-                                                                       thickness_,
-                                                                       crosses_.data(),
-                                                                       {sewn_begin_.data(), sewn_.data()},
-                                                                       contacts.pairs()},
-                                                                      index_memory_.index_map()};
+      const Find find{{clusters_,
+                       swept_bounds(),
+                       thickness_,
+                       crosses_.data(),
+                       {sewn_begin_.data(), sewn_.data()},
+                       contacts.pairs()},
+                      index_memory_.index_map()};
+      const IndexedGroups<Find> listed{find, contacts.clusters_to_find()};
       parallel_region(executor_, threads, [&](const auto& team) {
-        parallel_for_interleaved(team, clusters_.count, find, index_memory_.template memory<R>());
+        parallel_for_interleaved(team, contacts.number_to_find(), listed, index_memory_.template memory<R>());
       });
     } while (!contacts.finish_search());
   }

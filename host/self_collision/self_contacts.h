@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <bit>
 #include <cstdint>
+#include <numeric>
 #include <span>
 #include <string>
 #include <utility>
@@ -47,7 +48,8 @@ class SelfContacts {
         friction_(R(friction)),
         sweeps_(h > kLong ? kLongSweeps : 1),
         particles_(particles) {
-    patches_ = Array<Executor, PairPatch>(clusters, PairPatch{});
+    patches_ = Array<Executor, PairPatch>(clusters, PairPatch{}), to_find_ = Array<Executor, int>(clusters, 0);
+    list_all_patches();
     if (!Memory<Executor>::kOnHost) {  // a device lists particles only up to the capacity
       std::vector<PairPatch> patches(clusters);
       for (PairPatch& patch : patches) patch.particle_count = kInitialParticles;
@@ -76,25 +78,30 @@ class SelfContacts {
   /// Before a broad phase, which replaces the pairs. Those that pushed in this substep are counted.
   void start_search() {
     if (detected_ && earlier_pushes_ == kNotCounted) earlier_pushes_ = count_pushes();
+    list_all_patches(), to_find_.upload(lacking_);
   }
   /// Particles that all patches together can list.
   std::size_t list_capacity() const { return patch_particles_.size(); }
-  /// Takes over what a broad phase has found. Returns false if the capacity was too small; it is larger then.
+  /// The clusters whose pairs the broad phase has to find: all, and after finish_search() those that lacked capacity.
+  const int* clusters_to_find() const { return to_find_.data(); }
+  int number_to_find() const { return static_cast<int>(lacking_.size()); }
+  /// Takes over what a broad phase has found. Returns false if the capacity of some clusters was too small; they have
+  /// more then.
   bool finish_search() {
     const std::span<const PairPatch> patches = patches_.on_host(staging_);
-    bool fits = true;
-    found_ = candidates_ = 0;
-    for (const PairPatch& patch : patches) {
-      fits = fits && patch.all() <= patch.capacity && patch.particle_count <= patch.particle_capacity;
+    lacking_.clear(), found_ = candidates_ = 0;
+    for (int u = 0; u < std::ssize(patches); ++u) {
+      const PairPatch& patch = patches[u];
+      if (patch.all() > patch.capacity || patch.particle_count > patch.particle_capacity) lacking_.push_back(u);
       found_ += patch.pairs, candidates_ += patch.candidates;
     }
-    if (fits) {
+    if (lacking_.empty()) {
       color_patches(patches);
-    } else {
-      replanned_.assign(patches.begin(), patches.end());
-      reserve(replanned_);
+      return true;
     }
-    return fits;
+    replanned_.assign(patches.begin(), patches.end());
+    reserve(replanned_);
+    return false;
   }
 
   /// Narrow phase: the planes of all pairs, and which of them are contacts.
@@ -175,7 +182,7 @@ class SelfContacts {
 
   std::size_t bytes() const {
     return patches_.bytes() + blocks_.bytes() + bits_.bytes() + patch_particles_.bytes() + order_.bytes() +
-           closable_gap_.bytes() + violations_.bytes();
+           closable_gap_.bytes() + violations_.bytes() + to_find_.bytes();
   }
 
  private:
@@ -213,26 +220,42 @@ class SelfContacts {
     return static_cast<int>(parallel_reduce<Sum>(executor_, patches(), CountPushes<R>{pairs()}).value);
   }
 
-  /// Reserves capacity for a quarter more than the patches have.
+  void list_all_patches() {
+    lacking_.resize(patches_.size());
+    std::iota(lacking_.begin(), lacking_.end(), 0);
+  }
+
+  /// Reserves capacity for a quarter more than the lacking patches have, behind all others. Where the memory ends, all
+  /// patches are laid out anew, and all lack their pairs.
   void reserve(std::vector<PairPatch>& patches) {
-    std::size_t blocks = 0, listed = 0;
-    for (PairPatch& patch : patches) {
-      patch.begin = static_cast<int>(blocks), patch.particles_begin = static_cast<int>(listed);
-      patch.capacity = patch.all() + patch.all() / 4 + 1,
-      patch.particle_capacity = patch.particle_count + patch.particle_count / 4 + kPairBlock;
-      blocks += patch.capacity, listed += patch.particle_capacity;
-      if (blocks > kMaxBlocks)
+    const auto blocks_for = [](const PairPatch& patch) { return patch.all() + patch.all() / 4 + 1; };
+    const auto list_for = [](const PairPatch& patch) {
+      return patch.particle_count + patch.particle_count / 4 + kPairBlock;
+    };
+    const auto fits = [&] {
+      std::size_t blocks = blocks_used_, listed = listed_used_;
+      for (const int u : lacking_) blocks += blocks_for(patches[u]), listed += list_for(patches[u]);
+      return blocks <= bits_.size() && listed <= patch_particles_.size();
+    };
+    if (!fits()) list_all_patches(), blocks_used_ = listed_used_ = 0;
+    for (const int u : lacking_) {
+      PairPatch& patch = patches[u];
+      patch.begin = static_cast<int>(blocks_used_), patch.particles_begin = static_cast<int>(listed_used_);
+      patch.capacity = blocks_for(patch), patch.particle_capacity = list_for(patch);
+      blocks_used_ += patch.capacity, listed_used_ += patch.particle_capacity;
+      if (blocks_used_ > kMaxBlocks)
         throw OutOfMemory("self-collision: found more than " + std::to_string(kMaxBlocks * kPairBlock) +
                           " pairs that may come near; allowed: fewer; take a smaller thickness, or smaller steps");
     }
-    patches_.upload(patches);
-    if (blocks > bits_.size()) {
-      if (bits_.size() > 0) blocks += blocks / 4;  // it has grown before, and may grow again in a jam
+    patches_.upload(patches), to_find_.upload(lacking_);
+    if (blocks_used_ > bits_.size()) {
+      // It has grown before, and may grow again in a jam.
+      const std::size_t blocks = blocks_used_ + (bits_.size() > 0 ? blocks_used_ / 4 : 0);
       blocks_ = {}, bits_ = {};
       blocks_ = Array<Executor, ContactBlock<R>>(blocks), bits_ = Array<Executor, PairBits>(blocks);
     }
-    if (listed > patch_particles_.size())
-      patch_particles_ = {}, patch_particles_ = Array<Executor, int>(listed + listed / 4);
+    if (listed_used_ > patch_particles_.size())
+      patch_particles_ = {}, patch_particles_ = Array<Executor, int>(listed_used_ + listed_used_ / 4);
   }
 
   /// Greedy colouring, and the order of the patches by colour: those that share a particle get different colours.
@@ -286,6 +309,9 @@ class SelfContacts {
   Array<Executor, PairPatch> patches_;
   std::vector<PairPatch> staging_;    // the same, of a device
   std::vector<PairPatch> replanned_;  // the same, with more capacity
+  std::vector<int> lacking_;          // clusters whose pairs are not found
+  Array<Executor, int> to_find_;      // the same
+  std::size_t blocks_used_ = 0, listed_used_ = 0;
   Array<Executor, int> patch_particles_;
   Array<Executor, ContactBlock<R>> blocks_;
   Array<Executor, PairBits> bits_;
