@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The results of the studies in one look: results.html of a folder of results, with a link from its index.html.
 
-    PYTHONPATH=build/release /usr/bin/python3 tools/study/results.py --out out/study
+    malha study results --out out/study
 
-It measures nothing: it reads accuracy.json, validation.json, stability.json and scaling.json of the folder, and names what
+`malha study all` writes it at its end. It measures nothing: it reads accuracy.json, validation.json, stability.json and scaling.json of the folder, and names what
 the folder lacks with the command that measures it. Each part is a function of a study's result (its JSON) that returns HTML;
 its sentences are computed from the rows.
 """
@@ -22,6 +22,8 @@ import study as studies  # noqa: E402
 
 import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
+
+WHAT = "Page that shows what other studies have found in one look, results.html; all ends with it"
 
 STYLE = studies.STYLE + """
 td, th { text-align: left; vertical-align: top; white-space: normal; }
@@ -305,11 +307,15 @@ def write(folder):
 
 
 def main():
-    parser = argparse.ArgumentParser(prog="malha study results", description="Writes results.html of a folder of results.")
+    parser = argparse.ArgumentParser(prog="malha study results", description=WHAT + ".")
     parser.add_argument("--quick", action="store_true", help="of out/study_quick, if no folder is given")
-    parser.add_argument("--out", type=pathlib.Path, metavar="FOLDER", help="folder of the results")
-    given = parser.parse_args()
-    folder = given.out or pathlib.Path("out", "study_quick" if given.quick else "study")
+    parser.add_argument("--out", type=pathlib.Path, metavar="FOLDER", help="folder of the results; out/study, if not given")
+    given, others = parser.parse_known_args()
+    folder = studies.folder_of(given)
+    if others:
+        print(f"malha study results: found {shlex.join(others)}; allowed: --quick and --out, because it measures nothing",
+              file=sys.stderr)
+        sys.exit(studies.BAD_INPUT)
     if not folder.is_dir():
         print(f"malha study results: {folder}: found no folder; allowed: one in which malha study has left its results",
               file=sys.stderr)

@@ -70,6 +70,7 @@ const std::vector<Study>& studies() {
       {"parsimony", "Time, memory and kernel launches that each feature adds to a scene"},
       {"size", "Time, memory and set-up per particle, and errors, from 289 particles to 4 million"},
       {"validation", "malha against experiments, closed forms and boundary value problems of the literature"},
+      {"results", "Page that shows what other studies have found in one look, results.html; all ends with it"},
   };
   return all;
 }

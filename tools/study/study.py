@@ -38,10 +38,12 @@ import sys
 import time
 import traceback
 
-# All studies of `malha study`, in the order in which `malha study all` runs them and in which the page shows them.
+# All studies of `malha study`, in the order in which `malha study all` runs them, before results.py, and in which the
+# page shows them.
 STUDIES = ("accuracy", "published", "stability", "scaling", "parsimony", "size", "validation")
 UNMET, BAD_INPUT, DIVERGED, FAILED, OUT_OF_MEMORY = 1, 2, 3, 4, 5  # exit statuses, as in tools/exit_status.h
 MOST_SHARES = 100_000
+UNMERGED = "--unmerged"  # hidden option of `malha study all --merge`: the studies before that could not be merged, by commas
 
 
 def require(*names):
@@ -96,7 +98,7 @@ class Study:
 
     def __init__(self, name, what, given):
         self.name, self.what, self.quick, self.threads = name, what, given.quick, given.threads
-        self.out = given.out or pathlib.Path("out", "study_quick" if given.quick else "study")
+        self.out = folder_of(given)
         self.on = {key: value for key, value in (("backend", given.backend), ("machine", given.machine)) if value}
         self.rows, self.sections, self.builds = [], [], [_build({} if given.merge else self.on)]
         self._figures, self._replays, self._shown = {}, [], time.monotonic()
@@ -591,6 +593,11 @@ def _stop(number, _):
     raise _Stopped(number)
 
 
+def folder_of(given):
+    """The folder of the results. given: the options --out and --quick."""
+    return given.out or pathlib.Path("out", "study_quick" if given.quick else "study")
+
+
 def _options_on(given):
     """The options that name the backend, as typed."""
     return (["--backend", given.backend] if given.backend else []) + (["--for", given.machine] if given.machine else [])
@@ -617,11 +624,12 @@ def main(name, what, measure, *, only=None, any_backend=False):
     shares.add_argument("--merge", type=pathlib.Path, nargs="+", metavar="DIR",
                         help="combine the shares that these folders hold; nothing is measured")
     parser.add_argument("--all", action="store_true", help="then run the studies that follow this one in `malha study all`")
+    parser.add_argument(UNMERGED, default="", help=argparse.SUPPRESS)
     if only:
         parser.add_argument("--only", nargs="+", choices=only, metavar="PART", help="measure some parts: " + ", ".join(only))
     given = parser.parse_args()
     given.backend = None if given.backend == "openmp" else given.backend
-    chosen = getattr(given, "only", None)
+    chosen, status = getattr(given, "only", None), 0
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         if signal.getsignal(number) != signal.SIG_IGN:  # as Ctrl-C is for background jobs of a shell
             signal.signal(number, _stop)
@@ -639,22 +647,38 @@ def main(name, what, measure, *, only=None, any_backend=False):
                   f"{study.out / journal_name(name, given.quick, given.share)}", flush=True)
         elif study._missing:
             study._say_missing(command)
-            sys.exit(UNMET)
+            status = UNMET
         else:
             study._write(command + (f" --merge, {counted(study._shares, 'share')}" if given.merge else ""))
     except KeyboardInterrupt as stopped:
-        typed = [word for word in sys.argv[1:] if word != "--all"]
+        typed = [word for word in sys.argv[1:] if word != "--all" and not word.startswith(UNMERGED)]
         print(f"{chr(10) if sys.stderr.isatty() else ''}interrupted; go on with: "
               f"{shlex.join(['malha', 'study', 'all' if given.all else name, *typed])}", file=sys.stderr)
         sys.exit(128 + (stopped.args[0] if stopped.args else signal.SIGINT))
     except (malha.InputError, malha.Diverged, OSError) as error:
         print(f"malha study: {error}" if isinstance(error, OSError) else error, file=sys.stderr)
-        sys.exit(OUT_OF_MEMORY if isinstance(error, malha.OutOfMemory) else BAD_INPUT if isinstance(error, malha.InputError)
-                 else DIVERGED if isinstance(error, malha.Diverged) else FAILED)
+        status = (OUT_OF_MEMORY if isinstance(error, malha.OutOfMemory) else BAD_INPUT if isinstance(error, malha.InputError)
+                  else DIVERGED if isinstance(error, malha.Diverged) else FAILED)
     except Exception:  # an error of the script: the researcher who changes it needs to know where
         traceback.print_exc()
         sys.exit(FAILED)
-    following = STUDIES[STUDIES.index(name) + 1:] if given.all else ()
-    if following:  # a process of its own for each study: memory and times of one do not disturb the next
-        script = str(pathlib.Path(sys.argv[0]).with_name(f"{following[0]}.py"))
-        os.execv(sys.executable, [sys.executable, script, *sys.argv[1:]])
+    if status and not (given.all and given.merge):
+        sys.exit(status)
+    if given.all:
+        _go_on(name, given, [*filter(None, given.unmerged.split(",")), *([name] if status else [])])
+
+
+def _go_on(name, given, unmerged):
+    """Goes on with what follows the study in `malha study all`: the next study, or at last the page of results. Each has a
+    process of its own, so that memory and times of one do not disturb the next. The exit status is then UNMET if some
+    studies could not be merged."""
+    here, following = pathlib.Path(sys.argv[0]), STUDIES[STUDIES.index(name) + 1:]
+    if following:
+        words = [word for word in sys.argv[1:] if not word.startswith(UNMERGED)]
+        os.execv(sys.executable, [sys.executable, str(here.with_name(f"{following[0]}.py")), *words,
+                                  *([f"{UNMERGED}={','.join(unmerged)}"] if unmerged else [])])
+    if not given.share and len(unmerged) < len(STUDIES):
+        subprocess.run([sys.executable, here.with_name("results.py"), "--out", folder_of(given)], check=True)
+    if unmerged:
+        print(f"malha study all: not merged: {', '.join(unmerged)}, for the reasons above", file=sys.stderr)
+        sys.exit(UNMET)
