@@ -73,15 +73,14 @@ import matplotlib  # noqa: E402
 import numpy as np  # noqa: E402
 
 matplotlib.use("Agg")
-import matplotlib.pyplot as plt  # noqa: E402
 
 # One colour for each method, in all charts: black is kept for what is compared with.
 COLOURS = ["#1f77b4", "#d62728", "#2ca02c", "#9467bd", "#ff7f0e", "#17becf", "#8c564b", "#7f7f7f"]
-plt.rcParams.update({
+matplotlib.rcParams.update({
     "figure.figsize": (11, 6.2), "font.family": "sans-serif", "font.size": 12, "axes.grid": True, "grid.color": "#dddddd",
-    "axes.spines.top": False, "axes.spines.right": False, "axes.prop_cycle": plt.cycler(color=COLOURS),
+    "axes.spines.top": False, "axes.spines.right": False, "axes.prop_cycle": matplotlib.cycler(color=COLOURS),
     "legend.frameon": False, "lines.linewidth": 1.6, "svg.fonttype": "none", "svg.hashsalt": "malha",
-    "axes.axisbelow": True})
+    "axes.axisbelow": True, "figure.max_open_warning": 0})
 
 
 class _Missing(Exception):
@@ -256,7 +255,7 @@ class Study:
             figure.subplots_adjust(bottom=max(0.9 / figure.get_figheight(), figure.subplotpars.bottom))
             figure.savefig(self.out / f"{name}.svg", metadata={"Date": None})
             figure.savefig(self.out / f"{name}.png", dpi=145)
-            plt.close(figure)
+            matplotlib.pyplot.close(figure)  # which the script has imported that made the figure
         columns = list(dict.fromkeys(key for row in self.rows for key in row))
         table = io.StringIO()
         writer = csv.DictWriter(table, columns, lineterminator="\n")
