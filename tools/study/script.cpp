@@ -104,7 +104,8 @@ int exec_study(const StudyOptions& options) {
   std::cout.flush();
   execvp(arguments[0], arguments.data());
   std::cerr << "malha study " << options.name << ": found no Python that starts as " << words[0] << " ("
-            << std::strerror(errno) << "); tools/setup python installs it, with numpy, scipy and matplotlib\n";
+            << std::strerror(errno)
+            << "); to install one: sudo apt-get install python3 python3-numpy python3-scipy python3-matplotlib\n";
   return kFailed;
 }
 

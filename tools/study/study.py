@@ -47,7 +47,8 @@ UNMERGED = "--unmerged"  # hidden option of `malha study all --merge`: the studi
 
 
 def require(*names):
-    """Imports the modules; ends the program with a message that names the missing ones and how to install them."""
+    """Imports the modules; ends the program with a message that names the missing ones and the command that installs them:
+    that of Debian for its own Python, else that of the environment."""
     missing = []
     for name in names:
         try:
@@ -57,12 +58,15 @@ def require(*names):
     if not missing:
         return
     plural = "s" if len(missing) > 1 else ""
-    how = "tools/setup python installs numpy, scipy and matplotlib (Debian: python3-numpy python3-scipy python3-matplotlib)"
-    if any(name.split()[0] == "malha" for name in missing):
-        how += ", and tools/build then builds malha's module"
-    program = pathlib.Path(sys.argv[0]).stem
-    print(f"malha study {program}: found no Python module{plural} {', '.join(missing)} in {sys.executable}; {how}",
-          file=sys.stderr)
+    needed = [name.split()[0] for name in missing]
+    how = []
+    if packages := [name for name in needed if name != "malha"]:
+        how.append("sudo apt-get install " + " ".join(f"python3-{name}" for name in packages) if sys.prefix == "/usr" else
+                   f"{shlex.quote(sys.executable)} -m pip install {' '.join(packages)}")
+    if "malha" in needed:
+        how.append("tools/setup python && tools/build")
+    print(f"malha study {pathlib.Path(sys.argv[0]).stem}: found no Python module{plural} {', '.join(missing)} in "
+          f"{sys.executable}; to install: {'; '.join(how)}", file=sys.stderr)
     sys.exit(FAILED)
 
 
@@ -93,13 +97,14 @@ class Study:
     name, what: its name, and one sentence about its subject. quick: whether smaller cases are asked for. threads: for
     simulations. on: keyword arguments of malha.Simulation that name the backend; {} on the host. out: the folder of the
     results (a pathlib.Path). rows: flat dicts, for NAME.csv and "rows" of NAME.json. sections: the parts of the page.
+    table: lines of Markdown, for NAME.md; empty without such a file.
     """
 
     def __init__(self, name, what, given):
         self.name, self.what, self.quick, self.threads = name, what, given.quick, given.threads
         self.out = folder_of(given)
         self.on = {key: value for key, value in (("backend", given.backend), ("machine", given.machine)) if value}
-        self.rows, self.sections, self.builds = [], [], [_build({} if given.merge else self.on)]
+        self.rows, self.sections, self.table, self.builds = [], [], [], [_build({} if given.merge else self.on)]
         self._figures, self._replays, self._shown = {}, [], time.monotonic()
         self._share, self._merged = given.share, None
         self._shares = given.share[1] if given.share else 1
@@ -264,6 +269,9 @@ class Study:
         (self.out / f"{self.name}.csv").write_text(table.getvalue(), encoding="utf-8")
         (self.out / f"{self.name}.json").write_text(json.dumps(result, indent=1, ensure_ascii=False) + "\n",
                                                     encoding="utf-8")
+        if self.table:
+            lines = [f"{caption(result)}.", "", *self.table]
+            (self.out / f"{self.name}.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
         (self.out / "index.html").write_text(page(self.out), encoding="utf-8")
         print(f"{self.name}: {self.what}")
         for section in self.sections:
@@ -272,6 +280,8 @@ class Study:
                 print(f"    {sentence}")
         print(f"rows        {self.out / self.name}.csv, {self.out / self.name}.json\n"
               f"charts      {self.out / self.name}_*.svg, .png")
+        if self.table:
+            print(f"table       {self.out / self.name}.md")
         for file, *_ in self._replays:
             print(f"replay      {self.out / file}")
         print(f"page        {self.out / 'index.html'}", flush=True)
