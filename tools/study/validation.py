@@ -539,7 +539,10 @@ def force_ratio(gamma):
     return np.array(found).T
 
 
-def pressed_at_slip(study, method, mesh, cells, substeps, friction, gamma, width=0.2):
+SETTLING = 60  # steps before the clamp moves, after each of which velocities become 0
+
+
+def pressed_at_slip(study, method, mesh, cells, substeps, friction, gamma, width=0.2, iterations=1):
     """The share of L by which the clamp is lowered when the lower end has slipped by 0.002 L; None: it never does."""
     points, faces, clamped, end = strip(1, width, cells, max(2, round(cells * width)), mesh)
     D, start_pressed, end_pressed, seconds, thick = 0.01, 0.004, 0.34, 30.0, 0.005
@@ -555,20 +558,23 @@ def pressed_at_slip(study, method, mesh, cells, substeps, friction, gamma, width
     start[s > 0, 0], start[s > 0, 1] = factor * pinned_mode(s[s > 0])[0], -down[s > 0]
     start_pressed = 1 - down.max()
     lower = {"particles": clamped, "motion": [
-        {"time": 0}, {"time": seconds, "translate": [0, start_pressed - end_pressed, 0]}]}
+        {"time": SETTLING / 60}, {"time": SETTLING / 60 + seconds, "translate": [0, start_pressed - end_pressed, 0]}]}
     scene = sheet(flat, faces, method, D=D, Y=1e5 * D, density=DENSITY, pins=[lower], substeps=substeps,
-                  gravity=(0, -gamma * D / DENSITY, 0))
+                  iterations=iterations, gravity=(0, -gamma * D / DENSITY, 0))
     scene["environment"] = [{"name": "ground", "shape": {"plane": {}}, "friction": friction, "thickness": thick,
                              "transform": {"translate": [0, start[:, 1].min() - thick, 0]}}]
     swing = 15.4 * np.sqrt(D / DENSITY)  # 1/s, of a clamped and hinged strip; the drag is critical
     scene["wind"] = {"velocity": [0, 0, 0], "drag": 2 * swing * DENSITY * width / len(points)}
     simulation = malha.Simulation(scene, threads=study.threads)
     simulation.positions = start
-    at = start[end, 0].mean()
-    while simulation.time < seconds:
+    for _ in range(SETTLING):  # from the continuum's shape to the mesh's own, without the swing that would make it slip early
+        simulation.step()
+        simulation.velocities = np.zeros_like(start)
+    at, settled = simulation.positions[end, 0].mean(), simulation.time
+    while simulation.time < settled + seconds:
         simulation.step(6)
         if abs(simulation.positions[end, 0].mean() - at) > 0.002:
-            return start_pressed + (end_pressed - start_pressed) * simulation.time / seconds
+            return start_pressed + (end_pressed - start_pressed) * (simulation.time - settled) / seconds
     return None
 
 
@@ -582,7 +588,7 @@ def stick_and_slip(study):
                 for cells in (12,) if study.quick else (24, 48) if method in FILTERED and not gamma else (24,):
                     for friction in (0.2,) if study.quick else (0.1, 0.15, 0.2, 0.25, 0.3):
                         value = study.cell(
-                            f"stick and slip, {method}, {mesh}, {cells} cells, 20 substeps, friction {friction}, Gamma {gamma}",
+                            f"stick and slip, settled, {method}, {mesh}, {cells} cells, 20 substeps, friction {friction}, Gamma {gamma}",
                             lambda: pressed_at_slip(study, method, mesh, cells, 20, friction, gamma))
                         compare(study, method=method, mesh=mesh, cells=cells, substeps=20, setting=f"Gamma {gamma}, friction",
                                 at=friction, value=None if value is None else np.interp(value, pressed, ratio),
@@ -2030,6 +2036,26 @@ def overview_chart(table):
     return figure
 
 
+KINDS = ("grid", "irregular", "other")  # of meshes, in the table of all methods
+
+
+def table_of_methods(best):
+    """Lines of Markdown: the verdicts of finest(), a line for each protocol and method, a column for each kind of mesh."""
+    cells = {}
+    for protocol, method, mesh, finest_cells, _, passed, error, _ in best:
+        kind = mesh if mesh in KINDS else "other"
+        mark = "" if passed == "passed" else "*"
+        words = f"{mark}{error}{mark} ({finest_cells}{'' if mesh in KINDS else ', ' + mesh})"
+        cells.setdefault((protocol, method), {}).setdefault(kind, []).append(words)
+    lines = ["| protocol, bar | method | grid | irregular | other meshes |", "|---|---|---|---|---|"]
+    before = None
+    for (protocol, method), by_kind in cells.items():
+        first = "" if protocol == before else f"{protocol}, {100 * PROTOCOLS[protocol].bar:g} %"
+        lines.append("| " + " | ".join([first, method, *("; ".join(by_kind.get(kind, [])) for kind in KINDS)]) + " |")
+        before = protocol
+    return lines
+
+
 def measure(study, names):
     for name in names:
         study.protocol = name
@@ -2038,6 +2064,7 @@ def measure(study, names):
         return
     best, all_meshes = finest(study), [verdict(rows) for rows in counted(study, *VERDICT[:5]).values()]
     passed = sum(row[5] == "passed" for row in best)
+    study.table = table_of_methods(best)
     study.section("All meshes", [f"{sum(row[5] == 'passed' for row in all_meshes)} of {len(all_meshes)} methods, meshes and numbers of "
                                  "substeps have passed by themselves."], VERDICT, all_meshes, first=True)
     study.section("Passed and failed",
