@@ -33,9 +33,10 @@ constexpr double kMassRatio =
 constexpr int kSubstepsOfLayers =
     8;  // substeps, with which layers slide by Coulomb's law within 7 % (0.35 on 20 degrees)
 
-// Substeps of 1/60 s with which a strip that is pressed onto rough ground slips at the right force within 6 %, with fewer
-// than kManyIterations and with as many (filtered bending, mu 0.1 to 0.3, stick and slip of `malha study validation`). On
-// irregular triangles it is 12 % with 6 substeps, 16 % with 3 of 4 iterations, and 65 % with 4, or 1 of 10.
+// Substeps of 1/60 s with which a strip that is pressed onto rough ground slips at the right force within 6 %, with
+// fewer than kManyIterations and with as many (filtered bending, mu 0.1 to 0.3, stick and slip of `malha study
+// validation`). On irregular triangles it is 12 % with 6 substeps, 16 % with 3 of 4 iterations, and 65 % with 4, or 1
+// of 10.
 constexpr int kSubstepsOfFriction = 8, kSubstepsOfFrictionByMany = 4, kManyIterations = 4;
 
 double percent(double part) { return std::round(100 * part); }

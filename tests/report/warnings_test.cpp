@@ -440,9 +440,10 @@ TEST(WarningOfFriction, ComesOfFewSubstepsOnRoughObjects) {
   EXPECT_FALSE(comes(1.0 / 480, 1, 1) || comes(1.0 / 30, 16, 1));
   comes(1.0 / 60, 2, 10);
   ASSERT_EQ(warnings_of(scene).size(), 1u);
-  EXPECT_EQ(warnings_of(scene)[0],
-            "with 2 substeps of 10 iterations bodies that friction holds slip at a force that is off by a tenth or more; "
-            "take 4 substeps or more (scenes/accuracy.md, Held against the outside)");
+  EXPECT_EQ(
+      warnings_of(scene)[0],
+      "with 2 substeps of 10 iterations bodies that friction holds slip at a force that is off by a tenth or more; "
+      "take 4 substeps or more (scenes/accuracy.md, Held against the outside)");
   scene.environment[0].friction = 0;
   EXPECT_TRUE(warnings_of(scene).empty());
   scene.environment[0].friction = 0.1, scene.solver.type = "desbrun";
