@@ -53,7 +53,7 @@ def said_by_command(*words, cwd=None):
 
 
 def run_study(name, *words):
-    """A study's script, or results.py, that has run with these words."""
+    """The script of a study that has run with these words."""
     return subprocess.run([sys.executable, ROOT / "tools" / "study" / f"{name}.py", *map(str, words)], capture_output=True,
                           text=True, check=False)
 

@@ -19,7 +19,6 @@ STUDY = r'''
 import os, pathlib, sys, time
 sys.path.insert(0, os.environ["STUDIES"])
 import study as studies
-import matplotlib.pyplot as plt
 
 def measured(key, value):
     if key == "square 3" and pathlib.Path("wait").exists():
@@ -50,6 +49,7 @@ def measure(study):
         study.row(square=cell["y"], **studies.machine(cell), **({"cores": study.cores} if "CORES" in os.environ else {}))
     more = {}
     if "CHART" in os.environ:
+        import matplotlib.pyplot as plt
         figure, axes = plt.subplots()
         axes.plot([1, 2], [3, 4])
         more = {"chart": ("line", figure), "replays": [("flights", "A flight & a long one", flight("1 s", 1.0), flight("2^59 s", 2.0**59))]}
@@ -344,15 +344,16 @@ def test_an_error_of_the_script_is_shown_where_it_is(folder):
 
 # ---- The studies -----------------------------------------------------------------------------------------------------
 
-STUDIES = sorted(path.stem for path in (ROOT / "tools" / "study").glob("*.py") if "\n    studies.main(" in path.read_text())
+SCRIPTS = {path.stem: path.read_text() for path in (ROOT / "tools" / "study").glob("*.py")}
+STUDIES = sorted(name for name, text in SCRIPTS.items() if "\n    studies.main(" in text)
 
 
 def test_the_command_hands_its_words_to_the_scripts_and_says_what_they_say(tmp_path):
     help = subprocess.run([COMMAND, "study", "--help"], capture_output=True, text=True, check=True).stdout
     said = dict(line.split(maxsplit=1) for line in help.partition("Studies:\n")[2].partition("\n\n")[0].splitlines())
-    assert sorted(said) == STUDIES
-    for name in STUDIES:
-        assert f'"{said[name]}"' in (ROOT / "tools" / "study" / f"{name}.py").read_text()
+    assert sorted(said) == sorted([*STUDIES, "results"])
+    for name, what in said.items():
+        assert f'"{what}"' in SCRIPTS[name]
     (tmp_path / "python").write_text('#!/bin/sh\nshift; echo "$@"\n')
     (tmp_path / "python").chmod(0o755)
     for words in (["--quick", "--keep", "--out", "a b"], ["--share", "2/3"], ["--merge", "a", "b", "--backend", "serial", "--for", "h200"]):
@@ -361,23 +362,71 @@ def test_the_command_hands_its_words_to_the_scripts_and_says_what_they_say(tmp_p
         assert handed == " ".join(words) + "\n"
 
 
-def test_all_studies_run_one_after_the_other_and_an_interrupt_names_them_all(tmp_path):
-    """By scripts with the names of the studies that measure nothing."""
-    (tmp_path / "study.py").write_text((ROOT / "tools" / "study" / "study.py").read_text())
-    order = re.search(r"^STUDIES = (.*)$", (tmp_path / "study.py").read_text(), re.MULTILINE)[1]
-    names = re.findall(r"\w+", order)
-    for name in names:
-        (tmp_path / f"{name}.py").write_text(f"import study, time\nstudy.main('{name}', 'A study', lambda s: s.section('{name}'))\n")
-    words = [sys.executable, tmp_path / f"{names[0]}.py", "--all", "--quick", "--out", tmp_path / "out"]
-    ended = subprocess.run(words, capture_output=True, text=True, check=False)
+class AllStudies:
+    """Scripts of three studies that measure one cell each, in the place of all studies, and of the page of results."""
+
+    def __init__(self, path):
+        self.path = path
+        self.names = ["second", "first", "third"]  # they run in the order of the list, not of the alphabet
+        text, lists = re.subn(r"^STUDIES = .*$", f"STUDIES = {self.names}", SCRIPTS["study"], flags=re.MULTILINE)
+        assert lists == 1
+        (path / "study.py").write_text(text)
+        for name in self.names:
+            self.write(name, "s.cell('one', lambda: 1); s.section(s.name)")
+        (path / "results.py").write_text("import sys\nprint('results of', *sys.argv[1:])\n")
+
+    def write(self, name, measure):
+        (self.path / f"{name}.py").write_text(
+            f"import study\ndef measure(s):\n    {measure}\nstudy.main('{name}', 'A study', measure)\n")
+
+    def run(self, *words):
+        return subprocess.run([sys.executable, f"{self.names[0]}.py", "--all", *words], cwd=self.path, capture_output=True,
+                              text=True, check=False)
+
+
+@pytest.fixture
+def all_studies(tmp_path):
+    return AllStudies(tmp_path)
+
+
+def test_all_studies_run_one_after_the_other_then_their_results_and_an_interrupt_names_them_all(all_studies):
+    ended = all_studies.run("--quick", "--out", "o t")
     assert ended.returncode == 0, ended.stderr
-    assert re.findall(r"^(\w+): A study$", ended.stdout, re.MULTILINE) == names
-    page = (tmp_path / "out" / "index.html").read_text()
-    assert re.findall(r'<h2 id="(\w+)">', page) == names
-    (tmp_path / f"{names[1]}.py").write_text(f"import study\ndef measure(s): raise KeyboardInterrupt\nstudy.main('{names[1]}', '', measure)\n")
-    ended = subprocess.run(words, capture_output=True, text=True, check=False)
-    assert ended.returncode == 130
-    assert ended.stderr == f"interrupted; go on with: malha study all --quick --out {tmp_path / 'out'}\n"
+    assert re.findall(r"^(\w+): A study$", ended.stdout, re.MULTILINE) == all_studies.names
+    assert ended.stdout.endswith("\nresults of --out o t\n")
+    page = (all_studies.path / "o t" / "index.html").read_text()
+    assert re.findall(r'<h2 id="(\w+)">', page) == all_studies.names
+    all_studies.write(all_studies.names[1], "raise KeyboardInterrupt")
+    ended = all_studies.run("--quick", "--out", "o t")
+    assert ended.returncode == 130 and "results of" not in ended.stdout
+    assert ended.stderr == "interrupted; go on with: malha study all --quick --out 'o t'\n"
+
+
+def test_a_merge_of_all_studies_goes_on_after_those_that_lack_cells_and_names_them(all_studies):
+    one, lacking, none = all_studies.names
+    all_studies.write(lacking, "s.cells('ab', str, ord); s.section(s.name)")
+    for share in ("1/2", "2/2"):
+        ended = all_studies.run("--share", share, "--out", "shares")
+        assert ended.returncode == 0 and "results of" not in ended.stdout, ended.stderr
+    whole = all_studies.run("--merge", "shares", "--out", "whole")
+    assert whole.returncode == 0 and whole.stderr == "" and whole.stdout.endswith("\nresults of --out whole\n")
+    shares = all_studies.path / "shares"
+    (shares / f"{lacking}.2of2.cells.jsonl").unlink()
+    for journal in shares.glob(f"{none}.*"):
+        journal.unlink()
+    merged = all_studies.run("--merge", "shares", "--out", "merged")
+    assert merged.returncode == 1
+    lacks, has_no, last = merged.stderr.splitlines()
+    assert lacks.startswith(f'malha study: {lacking}: share 2/2, which has no journal, lacks 1 cell: "b"; to measure: ')
+    assert has_no.startswith(f"shares: found no journal of a share of {none}; allowed: ")
+    assert last == f"malha study all: not merged: {lacking}, {none}, for the reasons above"
+    assert re.findall(r"^(\w+): A study$", merged.stdout, re.MULTILINE) == [one]
+    assert merged.stdout.endswith("\nresults of --out merged\n")
+    for journal in shares.iterdir():
+        journal.unlink()
+    nothing = all_studies.run("--merge", "shares", "--out", "nothing")
+    assert nothing.returncode == 1 and nothing.stderr.endswith(f"not merged: {', '.join(all_studies.names)}, for the reasons above\n")
+    assert "results of" not in nothing.stdout and not (all_studies.path / "nothing").exists()
 
 
 @pytest.mark.parametrize("name", STUDIES)

@@ -3,10 +3,11 @@
 import html
 import json
 import re
+import subprocess
 from html.parser import HTMLParser
 
 import pytest
-from conftest import run_study
+from conftest import COMMAND, run_study
 
 pytest.importorskip("matplotlib")
 BUILD = {"malha_version": "0.1.0", "compiler": "GNU", "flags": "", "instructions": "avx2", "cpu": "a processor", "cores": 2}
@@ -182,6 +183,17 @@ def test_the_speed_up_by_threads_is_that_of_the_rows(folder, tmp_path):
     assert run_study("results", "--out", tmp_path).returncode == 0
     assert ("On 4 threads a step is 1.10 times (PBD, 289 particles) to 3.46 times (Desbrun, 10,000 particles) as fast as on "
             "one.") in (tmp_path / "results.html").read_text(encoding="utf-8")
+
+
+def test_the_command_writes_the_page_too(folder, text):
+    (folder / "results.html").unlink()
+    ended = subprocess.run([COMMAND, "study", "results", "--out", folder], capture_output=True, text=True, check=False)
+    assert ended.returncode == 0 and ended.stdout == f"page        {folder / 'results.html'}\n", ended.stderr
+    assert (folder / "results.html").read_text(encoding="utf-8") == text
+    refused = subprocess.run([COMMAND, "study", "results", "--out", folder, "--share", "1/2"], capture_output=True, text=True,
+                             check=False)
+    assert refused.returncode == 2
+    assert refused.stderr.startswith("malha study results: found --share 1/2; allowed: --quick and --out")
 
 
 def test_a_folder_that_does_not_exist_is_refused(tmp_path):

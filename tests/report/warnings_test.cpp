@@ -417,6 +417,39 @@ TEST(WarningOfLayers, ComesBelowEightSubsteps) {
   EXPECT_TRUE(warnings_of(scene).empty());
 }
 
+/// tests/python/test_validation.py measures both sides of the boundary.
+TEST(WarningOfFriction, ComesOfFewSubstepsOnRoughObjects) {
+  BodySpec sheet;
+  sheet.name = "sheet", sheet.shape = GridShape{{1, 1}, {4, 4}}, sheet.mass = 1;
+  sheet.constraints = {stiff("distance", {"edges"})};
+  Scene scene = scene_of({sheet}, {0, 0, 0}, 1.0 / 60);
+  EnvironmentSpec ground;
+  ground.name = "ground", ground.shape = PlaneShape{}, ground.thickness = 0.01, ground.friction = 0.1;
+  scene.environment = {ground};
+  scene.environment[0].transform.translate = {0, -1, 0};
+  const auto comes = [&](double dt, int substeps, int iterations) {
+    scene.solver.dt = dt, scene.solver.substeps = substeps, scene.solver.iterations = iterations;
+    const std::vector<std::string> lines = warnings_of(scene);
+    return std::ranges::any_of(lines, [](const std::string& line) { return has(line, "bodies that friction holds"); });
+  };
+  for (const double dt : {1.0 / 60, 0.0166667}) {
+    EXPECT_TRUE(comes(dt, 7, 1) && comes(dt, 7, 3) && comes(dt, 3, 4) && comes(dt, 3, 10)) << dt;
+    EXPECT_FALSE(comes(dt, 8, 1) || comes(dt, 4, 4) || comes(dt, 4, 10)) << dt;
+  }
+  EXPECT_TRUE(comes(1.0 / 420, 1, 1) && comes(1.0 / 30, 15, 1)) << "it is the length of a substep that counts";
+  EXPECT_FALSE(comes(1.0 / 480, 1, 1) || comes(1.0 / 30, 16, 1));
+  comes(1.0 / 60, 2, 10);
+  ASSERT_EQ(warnings_of(scene).size(), 1u);
+  EXPECT_EQ(
+      warnings_of(scene)[0],
+      "with 2 substeps of 10 iterations bodies that friction holds slip at a force that is off by a tenth or more; "
+      "take 4 substeps or more (scenes/accuracy.md, Held against the outside)");
+  scene.environment[0].friction = 0;
+  EXPECT_TRUE(warnings_of(scene).empty());
+  scene.environment[0].friction = 0.1, scene.solver.type = "desbrun";
+  EXPECT_FALSE(comes(1.0 / 60, 1, 1));
+}
+
 TEST(Warning, ComesOfTwoShippedScenes) {
   for (const char* name : {"sheet_shear", "sheet_no_shear", "flag", "turning_flag", "carried_sheet", "torn_sheet",
                            "pendulum", "oscillator", "cantilever", "balloon", "desbrun_closed"})

@@ -33,8 +33,10 @@ set(CPACK_STRIP_FILES ON)
 set(CPACK_DEBIAN_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)  # dependencies of the programs
-# Tools and libraries for programs that use malha's library, gnuplot for the charts of
-# benchmarks, and what studies need.
-set(CPACK_DEBIAN_PACKAGE_SUGGESTS "g++, cmake, make, libembree-dev, libmetis-dev, libtinygltf-dev, zlib1g-dev, gnuplot-nox, python3-scipy, python3-matplotlib")
-set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "python3-numpy")  # for the Python module
+# Tools and libraries for programs that use malha's library, and gnuplot for the charts of benchmarks, which run
+# without it.
+set(CPACK_DEBIAN_PACKAGE_SUGGESTS "g++, cmake, make, libembree-dev, libmetis-dev, libtinygltf-dev, zlib1g-dev, gnuplot-nox")
+# The Python module needs numpy, and the command `malha study` does not run without all three: Debian's policy, 7.2, has
+# Recommends for what an installation without it would be unusual.
+set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "python3-numpy, python3-scipy, python3-matplotlib")
 include(CPack)

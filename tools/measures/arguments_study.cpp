@@ -67,7 +67,7 @@ void add_study(CLI::App& app, StudyOptions& options) {
       "Studies:\n" + list() +
       "\nResults. A study leaves NAME.csv, NAME.json and charts NAME_*.svg and .png. index.html shows all studies of "
       "the\n"
-      "folder on one page.\n\n"
+      "folder on one page, results.html what they have found in one look.\n\n"
       "Python. A study is a script, study/NAME.py beside this program or share/malha/study/NAME.py of an "
       "installation. It\n"
       "needs malha's module, numpy, scipy and matplotlib (tools/setup python). MALHA_PYTHON names the Python that "
@@ -83,13 +83,16 @@ void add_study(CLI::App& app, StudyOptions& options) {
       "machine they slow each other down, which falsifies the times of scaling, size and parsimony, and the costs of\n"
       "accuracy and published.\n"
       "--merge writes the results that one process would have written; rows name the machine if there are several. If\n"
-      "no share has measured some of the cells, it names them, writes nothing, and ends with status 1.\n\n"
+      "no share has measured some of the cells, it names them, writes nothing, and ends with status 1; all goes on "
+      "with\n"
+      "the other studies first.\n\n"
       "Backends. accuracy and scaling run on any --backend, the others on the host. On a device, scaling measures\n"
       "bodies of several sizes instead of numbers of threads, and accuracy measures costs by the clock.\n\n"
       "Examples:\n"
       "  malha study all --quick                 all studies in short; two minutes\n"
       "  malha study accuracy                    the charts of tools/study/README.md; many minutes\n"
       "  malha study accuracy --out /tmp/study\n"
+      "  malha study results --out /tmp/study    results.html, of what that folder has\n"
       "  malha study accuracy --share 2/3        the second of three shares\n"
       "  malha study accuracy --merge a b c      the folders that hold the three shares");
 }

@@ -141,8 +141,8 @@ def study(name, *, quick=False, out=None):
     "sections", their titles, sentences and charts; "page", the page that shows them; and what else NAME.json in the
     folder holds. Raises InputError for a name that is no study's.
     """
-    if name == "all":
-        raise InputError("study: found 'all'; allowed: the name of one study")
+    if name in ("all", "results"):
+        raise InputError(f"study: found '{name}'; allowed: the name of one study")
     out = _pathlib.Path(out if out is not None else _pathlib.Path("out", "study_quick" if quick else "study"))
     _called(["study", name, "--out", out] + (["--quick"] if quick else []), {})
     found = _json.loads((out / f"{name}.json").read_text())

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The results of the studies in one look: results.html of a folder of results, with a link from its index.html.
 
-    PYTHONPATH=build/release /usr/bin/python3 tools/study/results.py --out out/study
+    malha study results --out out/study
 
-It measures nothing: it reads accuracy.json, validation.json, stability.json and scaling.json of the folder, and names what
+`malha study all` writes it at its end. It measures nothing: it reads accuracy.json, validation.json, stability.json and scaling.json of the folder, and names what
 the folder lacks with the command that measures it. Each part is a function of a study's result (its JSON) that returns HTML;
 its sentences are computed from the rows.
 """
@@ -22,6 +22,8 @@ import study as studies  # noqa: E402
 
 import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
+
+WHAT = "Page that shows what other studies have found in one look, results.html; all ends with it"
 
 STYLE = studies.STYLE + """
 td, th { text-align: left; vertical-align: top; white-space: normal; }
@@ -44,10 +46,6 @@ def table_of(columns, rows):
 
 def field(text):
     return "<td>" + html.escape(text)
-
-
-def plural(number, what):
-    return f"{number} {what}" + ("s" if number != 1 else "")
 
 
 # ---- Speed against accuracy ------------------------------------------------------------------------------------------
@@ -173,9 +171,9 @@ def accuracy(result, folder):
         lines.append(line)
     order = sorted(winners.items(), key=lambda one: -one[1])
     return paragraph(
-        f"There are {plural(sum(map(len, charts.values())), 'setting')} in {plural(len(charts), 'chart')}. malha's methods reach "
+        f"There are {studies.counted(sum(map(len, charts.values())), 'setting')} in {studies.counted(len(charts), 'chart')}. malha's methods reach "
         f"an error of 1 cm in {reached} of them; the cheapest that do are " +
-        ("; ".join(f"{label} ({plural(wins, 'chart')})" for label, wins in order) or "none") +
+        ("; ".join(f"{label} ({studies.counted(wins, 'chart')})" for label, wins in order) or "none") +
         f". An integrator that malha is compared with is cheaper there in {beaten}.") + paragraph(
         "Down and to the left is better. Each point is a setting, which a pointer on it names; full marks are float, empty ones "
         "double. The second line above each chart says what it is compared with, which malha has not computed. Points at the "
@@ -216,7 +214,7 @@ def validation(result, folder):
     return paragraph(
         f"{sum(row[''] == 'passed' for row in rows)} of {len(rows)} methods and kinds of mesh have passed (" +
         "; ".join(f"{passed} of {count} by {kinds[kind]}" for kind, (passed, count) in counts.items() if count) +
-        f"), and all of them in {len(clean)} of {plural(len(lines), 'protocol')}" + (f": {', '.join(clean)}" if clean else "") +
+        f"), and all of them in {len(clean)} of {studies.counted(len(lines), 'protocol')}" + (f": {', '.join(clean)}" if clean else "") +
         ".") + paragraph(
         "Shown is the largest error by the finest mesh that was measured; a pointer on it names where it is. A method passes if "
         "no error exceeds the bar.") + table_of(["protocol", "bar", "method", "grid", "irregular", "other meshes"], body)
@@ -242,7 +240,7 @@ def stability(result, folder):
         calm = [panel for panel in panels if all(row["verdict"] == "stable" for row in rows if row["panel"] == panel)]
         failed = [row for row in rows if row["verdict"] != "stable" and "warned" in row]
         text += f"<h3>{html.escape(section['title'])}</h3>\n" + paragraph(
-            f"{count['stable']} of {plural(len(rows), 'setting')} are stable, {count['bounded but wrong']} bounded but wrong and "
+            f"{count['stable']} of {studies.counted(len(rows), 'setting')} are stable, {count['bounded but wrong']} bounded but wrong and "
             f"{count['diverged']} diverged; stable everywhere: {'; '.join(calm) or 'none'}.",
             f"malha run warns of {sum(row['warned'] for row in failed)} of the {len(failed)} that fail." if failed else "")
         text += studies.inline_svg(chart.read_text(encoding="utf-8"), "results_" + section["chart"])
@@ -261,7 +259,7 @@ def scaling(result, folder):
         return f"{row['times_as_fast']:.2f} times ({row['method']}, {row['particles']:,} particles)"
 
     chart = folder / "scaling_strong.svg"
-    return paragraph(f"On {plural(most, 'thread')} a step is {named(last[0])} to {named(last[-1])} as fast as on one.") + (
+    return paragraph(f"On {studies.counted(most, 'thread')} a step is {named(last[0])} to {named(last[-1])} as fast as on one.") + (
         studies.inline_svg(chart.read_text(encoding="utf-8"), "results_scaling") if chart.exists() else "")
 
 
@@ -305,11 +303,15 @@ def write(folder):
 
 
 def main():
-    parser = argparse.ArgumentParser(prog="malha study results", description="Writes results.html of a folder of results.")
+    parser = argparse.ArgumentParser(prog="malha study results", description=WHAT + ".")
     parser.add_argument("--quick", action="store_true", help="of out/study_quick, if no folder is given")
-    parser.add_argument("--out", type=pathlib.Path, metavar="FOLDER", help="folder of the results")
-    given = parser.parse_args()
-    folder = given.out or pathlib.Path("out", "study_quick" if given.quick else "study")
+    parser.add_argument("--out", type=pathlib.Path, metavar="FOLDER", help="folder of the results; out/study, if not given")
+    given, others = parser.parse_known_args()
+    folder = studies.folder_of(given)
+    if others:
+        print(f"malha study results: found {shlex.join(others)}; allowed: --quick and --out, because it measures nothing",
+              file=sys.stderr)
+        sys.exit(studies.BAD_INPUT)
     if not folder.is_dir():
         print(f"malha study results: {folder}: found no folder; allowed: one in which malha study has left its results",
               file=sys.stderr)

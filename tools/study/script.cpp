@@ -70,6 +70,7 @@ const std::vector<Study>& studies() {
       {"parsimony", "Time, memory and kernel launches that each feature adds to a scene"},
       {"size", "Time, memory and set-up per particle, and errors, from 289 particles to 4 million"},
       {"validation", "malha against experiments, closed forms and boundary value problems of the literature"},
+      {"results", "Page that shows what other studies have found in one look, results.html; all ends with it"},
   };
   return all;
 }
@@ -103,7 +104,8 @@ int exec_study(const StudyOptions& options) {
   std::cout.flush();
   execvp(arguments[0], arguments.data());
   std::cerr << "malha study " << options.name << ": found no Python that starts as " << words[0] << " ("
-            << std::strerror(errno) << "); tools/setup python installs it, with numpy, scipy and matplotlib\n";
+            << std::strerror(errno)
+            << "); to install one: sudo apt-get install python3 python3-numpy python3-scipy python3-matplotlib\n";
   return kFailed;
 }
 

@@ -13,7 +13,7 @@ struct Study {
   std::string what;  // one sentence about its subject, as in NAME.py
 };
 
-/// All studies, in the order in which `malha study all` runs them.
+/// All studies, in the order in which `malha study all` runs them, and last the page of their results.
 const std::vector<Study>& studies();
 
 constexpr int kMostShares = 100'000;

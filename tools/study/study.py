@@ -38,14 +38,17 @@ import sys
 import time
 import traceback
 
-# All studies of `malha study`, in the order in which `malha study all` runs them and in which the page shows them.
+# All studies of `malha study`, in the order in which `malha study all` runs them, before results.py, and in which the
+# page shows them.
 STUDIES = ("accuracy", "published", "stability", "scaling", "parsimony", "size", "validation")
 UNMET, BAD_INPUT, DIVERGED, FAILED, OUT_OF_MEMORY = 1, 2, 3, 4, 5  # exit statuses, as in tools/exit_status.h
 MOST_SHARES = 100_000
+UNMERGED = "--unmerged"  # hidden option of `malha study all --merge`: the studies before that could not be merged, by commas
 
 
 def require(*names):
-    """Imports the modules; ends the program with a message that names the missing ones and how to install them."""
+    """Imports the modules; ends the program with a message that names the missing ones and the command that installs them:
+    that of Debian for its own Python, else that of the environment."""
     missing = []
     for name in names:
         try:
@@ -55,12 +58,15 @@ def require(*names):
     if not missing:
         return
     plural = "s" if len(missing) > 1 else ""
-    how = "tools/setup python installs numpy, scipy and matplotlib (Debian: python3-numpy python3-scipy python3-matplotlib)"
-    if any(name.split()[0] == "malha" for name in missing):
-        how += ", and tools/build then builds malha's module"
-    program = pathlib.Path(sys.argv[0]).stem
-    print(f"malha study {program}: found no Python module{plural} {', '.join(missing)} in {sys.executable}; {how}",
-          file=sys.stderr)
+    needed = [name.split()[0] for name in missing]
+    how = []
+    if packages := [name for name in needed if name != "malha"]:
+        how.append("sudo apt-get install " + " ".join(f"python3-{name}" for name in packages) if sys.prefix == "/usr" else
+                   f"{shlex.quote(sys.executable)} -m pip install {' '.join(packages)}")
+    if "malha" in needed:
+        how.append("tools/setup python && tools/build")
+    print(f"malha study {pathlib.Path(sys.argv[0]).stem}: found no Python module{plural} {', '.join(missing)} in "
+          f"{sys.executable}; to install: {'; '.join(how)}", file=sys.stderr)
     sys.exit(FAILED)
 
 
@@ -71,15 +77,14 @@ import matplotlib  # noqa: E402
 import numpy as np  # noqa: E402
 
 matplotlib.use("Agg")
-import matplotlib.pyplot as plt  # noqa: E402
 
 # One colour for each method, in all charts: black is kept for what is compared with.
 COLOURS = ["#1f77b4", "#d62728", "#2ca02c", "#9467bd", "#ff7f0e", "#17becf", "#8c564b", "#7f7f7f"]
-plt.rcParams.update({
+matplotlib.rcParams.update({
     "figure.figsize": (11, 6.2), "font.family": "sans-serif", "font.size": 12, "axes.grid": True, "grid.color": "#dddddd",
-    "axes.spines.top": False, "axes.spines.right": False, "axes.prop_cycle": plt.cycler(color=COLOURS),
+    "axes.spines.top": False, "axes.spines.right": False, "axes.prop_cycle": matplotlib.cycler(color=COLOURS),
     "legend.frameon": False, "lines.linewidth": 1.6, "svg.fonttype": "none", "svg.hashsalt": "malha",
-    "axes.axisbelow": True})
+    "axes.axisbelow": True, "figure.max_open_warning": 0})
 
 
 class _Missing(Exception):
@@ -92,13 +97,14 @@ class Study:
     name, what: its name, and one sentence about its subject. quick: whether smaller cases are asked for. threads: for
     simulations. on: keyword arguments of malha.Simulation that name the backend; {} on the host. out: the folder of the
     results (a pathlib.Path). rows: flat dicts, for NAME.csv and "rows" of NAME.json. sections: the parts of the page.
+    table: lines of Markdown, for NAME.md; empty without such a file.
     """
 
     def __init__(self, name, what, given):
         self.name, self.what, self.quick, self.threads = name, what, given.quick, given.threads
-        self.out = given.out or pathlib.Path("out", "study_quick" if given.quick else "study")
+        self.out = folder_of(given)
         self.on = {key: value for key, value in (("backend", given.backend), ("machine", given.machine)) if value}
-        self.rows, self.sections, self.builds = [], [], [_build({} if given.merge else self.on)]
+        self.rows, self.sections, self.table, self.builds = [], [], [], [_build({} if given.merge else self.on)]
         self._figures, self._replays, self._shown = {}, [], time.monotonic()
         self._share, self._merged = given.share, None
         self._shares = given.share[1] if given.share else 1
@@ -254,7 +260,7 @@ class Study:
             figure.subplots_adjust(bottom=max(0.9 / figure.get_figheight(), figure.subplotpars.bottom))
             figure.savefig(self.out / f"{name}.svg", metadata={"Date": None})
             figure.savefig(self.out / f"{name}.png", dpi=145)
-            plt.close(figure)
+            matplotlib.pyplot.close(figure)  # which the script has imported that made the figure
         columns = list(dict.fromkeys(key for row in self.rows for key in row))
         table = io.StringIO()
         writer = csv.DictWriter(table, columns, lineterminator="\n")
@@ -263,6 +269,9 @@ class Study:
         (self.out / f"{self.name}.csv").write_text(table.getvalue(), encoding="utf-8")
         (self.out / f"{self.name}.json").write_text(json.dumps(result, indent=1, ensure_ascii=False) + "\n",
                                                     encoding="utf-8")
+        if self.table:
+            lines = [f"{caption(result)}.", "", *self.table]
+            (self.out / f"{self.name}.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
         (self.out / "index.html").write_text(page(self.out), encoding="utf-8")
         print(f"{self.name}: {self.what}")
         for section in self.sections:
@@ -271,6 +280,8 @@ class Study:
                 print(f"    {sentence}")
         print(f"rows        {self.out / self.name}.csv, {self.out / self.name}.json\n"
               f"charts      {self.out / self.name}_*.svg, .png")
+        if self.table:
+            print(f"table       {self.out / self.name}.md")
         for file, *_ in self._replays:
             print(f"replay      {self.out / file}")
         print(f"page        {self.out / 'index.html'}", flush=True)
@@ -591,6 +602,11 @@ def _stop(number, _):
     raise _Stopped(number)
 
 
+def folder_of(given):
+    """The folder of the results. given: the options --out and --quick."""
+    return given.out or pathlib.Path("out", "study_quick" if given.quick else "study")
+
+
 def _options_on(given):
     """The options that name the backend, as typed."""
     return (["--backend", given.backend] if given.backend else []) + (["--for", given.machine] if given.machine else [])
@@ -617,11 +633,12 @@ def main(name, what, measure, *, only=None, any_backend=False):
     shares.add_argument("--merge", type=pathlib.Path, nargs="+", metavar="DIR",
                         help="combine the shares that these folders hold; nothing is measured")
     parser.add_argument("--all", action="store_true", help="then run the studies that follow this one in `malha study all`")
+    parser.add_argument(UNMERGED, default="", help=argparse.SUPPRESS)
     if only:
         parser.add_argument("--only", nargs="+", choices=only, metavar="PART", help="measure some parts: " + ", ".join(only))
     given = parser.parse_args()
     given.backend = None if given.backend == "openmp" else given.backend
-    chosen = getattr(given, "only", None)
+    chosen, status = getattr(given, "only", None), 0
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         if signal.getsignal(number) != signal.SIG_IGN:  # as Ctrl-C is for background jobs of a shell
             signal.signal(number, _stop)
@@ -639,22 +656,38 @@ def main(name, what, measure, *, only=None, any_backend=False):
                   f"{study.out / journal_name(name, given.quick, given.share)}", flush=True)
         elif study._missing:
             study._say_missing(command)
-            sys.exit(UNMET)
+            status = UNMET
         else:
             study._write(command + (f" --merge, {counted(study._shares, 'share')}" if given.merge else ""))
     except KeyboardInterrupt as stopped:
-        typed = [word for word in sys.argv[1:] if word != "--all"]
+        typed = [word for word in sys.argv[1:] if word != "--all" and not word.startswith(UNMERGED)]
         print(f"{chr(10) if sys.stderr.isatty() else ''}interrupted; go on with: "
               f"{shlex.join(['malha', 'study', 'all' if given.all else name, *typed])}", file=sys.stderr)
         sys.exit(128 + (stopped.args[0] if stopped.args else signal.SIGINT))
     except (malha.InputError, malha.Diverged, OSError) as error:
         print(f"malha study: {error}" if isinstance(error, OSError) else error, file=sys.stderr)
-        sys.exit(OUT_OF_MEMORY if isinstance(error, malha.OutOfMemory) else BAD_INPUT if isinstance(error, malha.InputError)
-                 else DIVERGED if isinstance(error, malha.Diverged) else FAILED)
+        status = (OUT_OF_MEMORY if isinstance(error, malha.OutOfMemory) else BAD_INPUT if isinstance(error, malha.InputError)
+                  else DIVERGED if isinstance(error, malha.Diverged) else FAILED)
     except Exception:  # an error of the script: the researcher who changes it needs to know where
         traceback.print_exc()
         sys.exit(FAILED)
-    following = STUDIES[STUDIES.index(name) + 1:] if given.all else ()
-    if following:  # a process of its own for each study: memory and times of one do not disturb the next
-        script = str(pathlib.Path(sys.argv[0]).with_name(f"{following[0]}.py"))
-        os.execv(sys.executable, [sys.executable, script, *sys.argv[1:]])
+    if status and not (given.all and given.merge):
+        sys.exit(status)
+    if given.all:
+        _go_on(name, given, [*filter(None, given.unmerged.split(",")), *([name] if status else [])])
+
+
+def _go_on(name, given, unmerged):
+    """Goes on with what follows the study in `malha study all`: the next study, or at last the page of results. Each has a
+    process of its own, so that memory and times of one do not disturb the next. The exit status is then UNMET if some
+    studies could not be merged."""
+    here, following = pathlib.Path(sys.argv[0]), STUDIES[STUDIES.index(name) + 1:]
+    if following:
+        words = [word for word in sys.argv[1:] if not word.startswith(UNMERGED)]
+        os.execv(sys.executable, [sys.executable, str(here.with_name(f"{following[0]}.py")), *words,
+                                  *([f"{UNMERGED}={','.join(unmerged)}"] if unmerged else [])])
+    if not given.share and len(unmerged) < len(STUDIES):
+        subprocess.run([sys.executable, here.with_name("results.py"), "--out", folder_of(given)], check=True)
+    if unmerged:
+        print(f"malha study all: not merged: {', '.join(unmerged)}, for the reasons above", file=sys.stderr)
+        sys.exit(UNMET)
