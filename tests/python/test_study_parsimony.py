@@ -5,7 +5,10 @@ import json
 import pytest
 from conftest import quick_study
 
+import malha
+
 pytest.importorskip("matplotlib")
+import parsimony as study  # noqa: E402  conftest.py sets its path
 
 
 @pytest.fixture(scope="module")
@@ -19,6 +22,14 @@ def result(tmp_path_factory):
 def single(result):
     """The rows of each feature alone, by the feature's name."""
     return {row["feature"]: row for row in result["rows"] if row["kind"] == "single"}
+
+
+def test_scenes_of_the_whole_study_may_start():
+    """The quick version has coarser sheets, which may lie deeper in the ball than those of the whole one."""
+    for feature, _, _, scene in study.single_features(quick=False):
+        if "environment" in scene:
+            malha.Simulation(scene).step()
+    malha.Simulation(study.feature_ladder(quick=False)[-1][3]).step()
 
 
 def test_a_bare_cloth_launches_patch_solves_alone(single):
