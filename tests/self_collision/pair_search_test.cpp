@@ -68,10 +68,11 @@ struct Tangle {
     takes_part = Array<Serial, unsigned char>(surface.takes_part);
   }
 
-  Searched<R> searched() const {
+  Searched<R> searched() const { return searched(moved); }
+  Searched<R> searched(const Array<Serial, Vec4<R>>& ways) const {
     PairSearch<Serial, R> search(Serial{}, surface, x, kPairThickness);
     SelfContacts<Serial, R> contacts(Serial{}, kCount, search.clusters(), kPairThickness, 0, 1e-3);
-    search.search({x0.data(), moved.data()}, {0, 0, 0}, 8, contacts);
+    search.search({x0.data(), ways.data()}, {0, 0, 0}, 8, contacts);
     return {std::move(search), std::move(contacts)};
   }
 };
@@ -181,6 +182,25 @@ TYPED_TEST(PairSearchOf, ATangleFindsTheSameOnAnyNumberOfThreadsAndAgain) {
   searched.search.save(memory);
   searched.search.restore(memory, searched.contacts);
   EXPECT_EQ(found_by(searched), first);
+}
+
+// Clusters outgrow their memory one after the other, as more and more particles move.
+TYPED_TEST(PairSearchOf, ATangleFindsTheSameInMemoryThatGrowsAsInNewMemory) {
+  using R = TypeParam;
+  const Tangle<R> tangle(5);
+  const auto moving = [&](int first) {
+    std::vector<Vec4<R>> ways = tangle.moved.download();
+    for (int i = first; i < tangle.kCount; ++i) ways[i] = {R(0), R(0), R(0), R(1)};
+    return Array<Serial, Vec4<R>>(ways);
+  };
+  Searched<R> grown = tangle.searched(moving(0));
+  const std::int64_t at_rest = grown.contacts.found();
+  for (int first = 0; first <= tangle.kCount; first += 20) {
+    const Array<Serial, Vec4<R>> ways = moving(first);
+    grown.search.search({tangle.x0.data(), ways.data()}, {0, 0, 0}, 8, grown.contacts);
+    ASSERT_EQ(found_by(grown), found_by(tangle.searched(ways))) << first;
+  }
+  EXPECT_GT(grown.contacts.found(), 2 * at_rest);
 }
 
 // No particle is in two patches of a colour.
